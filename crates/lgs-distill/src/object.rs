@@ -193,14 +193,18 @@ pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Optio
 }
 
 /// The law of two objects that act on each other, if it describes them and is likelier than a law for each of
-/// them. Objects whose own laws explain them are left alone.
+/// them. Objects whose own laws explain them are left alone, and so are those that hit something: laws of two
+/// bodies have neither contact nor impulses.
 pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
     let [a, b] = objects.map(|object| match object {
         Prepared::Body(motion, Some(law), _) => Some((motion, law)),
         _ => None,
     });
     let (a, b) = (a?, b?);
-    if [&a, &b].iter().all(|(_, law)| law.known.verdict == Verdict::Explained) {
+    let hits = |law: &GeneralisedLaw| !law.law.is_smooth() && law.known.verdict != Verdict::Outside;
+    let laws = [a.1, b.1];
+    if laws.iter().all(|law| law.known.verdict == Verdict::Explained) || laws.into_iter().any(|law| hits(law))
+    {
         return None;
     }
     let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];

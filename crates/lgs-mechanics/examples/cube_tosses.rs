@@ -43,6 +43,7 @@ fn cube() -> (Candidate, Contact) {
         friction: 0.0,
         // The measured centre wanders by about a millimetre at rest.
         resting_speed: Contact::resting_speed(GRAVITY, 0.001),
+        walls: Vec::new(),
         deviations: [0.0; 2],
         origin: Origin::Given,
     };

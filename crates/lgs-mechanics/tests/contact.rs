@@ -18,6 +18,7 @@ const HALF: f64 = 0.05;
 fn floor(restitution: f64, friction: f64) -> Contact {
     Contact {
         plane: Plane { normal: [0.0, 0.0, 1.0], offset: 0.0 },
+        walls: Vec::new(),
         points: vec![[0.0; 3]],
         radius: 0.1,
         restitution,
@@ -81,6 +82,46 @@ fn a_ball_bounces_to_the_height_that_restitution_leaves() {
     assert!(states.iter().all(|state| state.x[2] >= 0.1 - 1e-9));
     let last = &states[1999];
     assert!((last.x[2] - 0.1).abs() < 1e-9 && last.v.iter().all(|v| v.abs() < 1e-9), "{last:?}");
+}
+
+#[test]
+fn a_ball_between_two_walls_and_a_floor_keeps_within_them() {
+    let mut law = ball(0.8);
+    let wall = |normal: [f64; 3]| Plane { normal, offset: -0.5 };
+    law.contact.iter_mut().for_each(|contact| {
+        contact.walls = vec![wall([1.0, 0.0, 0.0]), wall([-1.0, 0.0, 0.0])];
+        contact.friction = 0.0;
+    });
+    let start = state(&[0.0, 0.0, 1.1], &[1.5, 0.3, 0.0]);
+    let system = System::new(&law, Edit::NONE);
+    let changes: Vec<Vec<f64>> =
+        system.impacts(&start, 0.6).unwrap().into_iter().map(|impact| impact.change).collect();
+    let [wall, floor] = [&changes[0], &changes[1]];
+    assert!((wall[0] + 1.8 * 1.5).abs() < 1e-6 && wall[2].abs() < 1e-12, "{wall:?}");
+    assert!(floor[0].abs() < 1e-12 && floor[2] > 0.0, "{floor:?}");
+    let times: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.01).collect();
+    for at in system.states(&start, &times).unwrap() {
+        assert!(at.x[0].abs() <= 0.4 + 1e-9 && at.x[2] >= 0.1 - 1e-9, "{at:?}");
+    }
+}
+
+#[test]
+fn a_cube_in_a_corner_comes_to_rest_against_floor_and_wall() {
+    // It slides down the ground until the wall stops it.
+    let mut law = cube(0.2, 0.1);
+    law.contact.iter_mut().for_each(|contact| {
+        contact.plane.normal = [0.6, 0.0, 0.8];
+        contact.walls = vec![Plane { normal: [-0.8, 0.0, 0.6], offset: -0.5 }];
+    });
+    let start = state(&[1.0, 0.0, 0.0, 0.0, -0.1, 0.0, 0.4], &[0.0, 0.0, 0.0, 0.2, 0.0, 0.0]);
+    let times: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.01).collect();
+    let states = System::new(&law, Edit::NONE).states(&start, &times).unwrap();
+    let contact = law.contact.as_ref().unwrap();
+    let deepest = states.iter().map(|at| contact.gap(&at.x)).fold(f64::INFINITY, f64::min);
+    assert!(deepest > -1e-3, "{deepest}");
+    let moved = law.coordinates.difference(&states[400].x, &states[499].x);
+    assert!(moved.iter().all(|d| d.abs() < 1e-4), "{moved:?}");
+    assert!(contact.planes().all(|plane| contact.gap_to(plane, &states[499].x) < 1e-3));
 }
 
 #[test]

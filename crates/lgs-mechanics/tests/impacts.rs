@@ -136,6 +136,36 @@ fn a_plane_that_nothing_shows_is_told_by_the_impacts() {
 }
 
 #[test]
+fn a_wall_that_stops_the_body_is_found_beside_the_floor() {
+    let [floor, wall, other] = [
+        Plane { normal: [0.0, 0.0, 1.0], offset: 0.0 },
+        Plane { normal: [-1.0, 0.0, 0.0], offset: -0.6 },
+        Plane { normal: [0.0, 1.0, 0.0], offset: -0.6 },
+    ];
+    let mut truth = ball(floor, 0.7);
+    truth.contact.iter_mut().for_each(|contact| contact.walls = vec![wall]);
+    let start = state(&[0.0, 0.0, 0.6], &[1.1, 0.1, 0.0]);
+    let ground = |plane: Plane| {
+        let middle = (plane.offset * DVec3::from(plane.normal)).to_array();
+        Ground { plane, middle, roughness: 0.002, is_sharp: true }
+    };
+    let body = round_body([floor, wall, other].map(ground).to_vec());
+    let found = explained(&truth, &start, &body, (1.0, 0.0005, 0)).unwrap();
+    let contact = found.law.contact.as_ref().unwrap();
+    assert_eq!(contact.walls.len(), 1, "{contact:?}");
+    let normals = [contact.plane, contact.walls[0]].map(|plane| DVec3::from(plane.normal));
+    let truths = [floor, wall].map(|plane| DVec3::from(plane.normal));
+    let apart = |truth: &DVec3| normals.iter().map(|n| n.angle_between(*truth)).fold(f64::MAX, f64::min);
+    assert!(truths.iter().all(|truth| apart(truth) < 0.02), "{normals:?}");
+    assert!((contact.restitution / 0.7 - 1.0).abs() < 0.02, "{contact:?}");
+    let later =
+        |law: &Law, start: &State| System::new(law, Edit::NONE).states(start, &[1.5]).unwrap().swap_remove(0);
+    let [told, known] = [later(&found.law, &found.start), later(&truth, &start)];
+    let apart = DVec3::from_slice(&told.x).distance(DVec3::from_slice(&known.x));
+    assert!(apart < 0.03, "{apart}: {told:?} for {known:?}");
+}
+
+#[test]
 fn a_plane_that_its_points_show_badly_gives_way_to_the_impact() {
     let mut truth = ball(tilted(0.0, 1.0), 0.7);
     truth.contact.iter_mut().for_each(|contact| contact.friction = 0.0);

@@ -120,7 +120,12 @@ fn collision(contact: &LawContact) -> String {
             "It is expected to collide with {plane}; none was seen, restitution and friction are assumed."
         );
     }
-    format!("It collides with {plane}; impacts in the captured window: t = {}.", times.join(", "))
+    let walls = match contact.walls.len() {
+        0 => String::new(),
+        1 => " and another one".to_owned(),
+        more => format!(" and {more} others"),
+    };
+    format!("It collides with {plane}{walls}; impacts in the captured window: t = {}.", times.join(", "))
 }
 
 #[cfg(test)]

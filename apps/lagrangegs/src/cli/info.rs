@@ -202,8 +202,12 @@ fn dynamics(object: &ObjectModel) -> String {
         Dynamics::Generalised(GeneralisedDynamics { law, .. }) => {
             let terms: Vec<&str> = law.terms.iter().map(|term| term.kind.name()).collect();
             let contact = law.contact.as_ref().map_or_else(String::new, |contact| {
+                let planes = match contact.planes().count() {
+                    1 => "a plane".to_owned(),
+                    count => format!("{count} planes"),
+                };
                 format!(
-                    ", contact with a plane (restitution {:.2}, friction {:.2}, {} impacts)",
+                    ", contact with {planes} (restitution {:.2}, friction {:.2}, {} impacts)",
                     contact.restitution,
                     contact.friction,
                     law.events.len()

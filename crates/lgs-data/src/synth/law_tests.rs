@@ -1,5 +1,6 @@
 //! The laws of the scenes: what they conserve, closed forms, what the seed draws, what edits do.
 
+use super::bounce::Wall;
 use super::motion::Motion;
 use super::simulation::Simulation;
 use super::*;
@@ -233,6 +234,27 @@ fn potentials_and_forces_are_scaled_apart() {
         assert!(
             moved(scene, none) == 0.0 && moved(scene, half) == 0.0,
             "{scene}: constraints are not scaled"
+        );
+    }
+}
+
+#[test]
+fn a_ball_stays_between_floor_and_walls_under_every_edit() {
+    for (scene, seed) in ["wall", "corner"].into_iter().flat_map(|name| SEEDS.map(move |seed| (name, seed))) {
+        let motion = find(scene, seed).unwrap().stage.bodies[0].motion.clone();
+        let Motion::Bounce(bounce) = &motion else { panic!("{scene} bounces") };
+        for changed in [MotionEdit::default(), edit(0.5, 1.0, 1.0), edit(1.0, 2.0, 1.0)] {
+            let path = motion.edited(changed).unwrap();
+            for position in (-300..=900).map(|i| path.pose(f64::from(i) / 400.0).position) {
+                let over = |wall: &Wall| wall.normal.dot(position) - wall.offset;
+                let lowest = bounce.walls.iter().map(over).fold(position.z, f64::min);
+                assert!(lowest > -1e-9, "{scene} {seed}: {position}");
+            }
+        }
+        let turns = bounce.walls.iter().map(|wall| wall.normal.dot(bounce.pose(0.75).position) - wall.offset);
+        assert!(
+            turns.clone().all(|far| far > 0.01),
+            "{scene} {seed} has turned back at every wall: {turns:?}"
         );
     }
 }

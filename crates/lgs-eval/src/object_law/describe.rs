@@ -46,6 +46,7 @@ fn describing(contact: &Contact, events: &[Impact]) -> LawContact {
         normal: contact.plane.normal,
         offset: contact.plane.offset,
         origin: contact.origin,
+        walls: contact.walls.clone(),
         parameters: vec![
             parameter("restitution", contact.restitution, restitution),
             parameter("friction", contact.friction, friction),

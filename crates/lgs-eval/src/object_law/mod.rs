@@ -11,7 +11,7 @@ pub use outline::{LawOutline, TermOutline};
 use std::collections::BTreeMap;
 
 use lgs_mechanics::bands::Verdict;
-use lgs_mechanics::contact::{Impact, Origin};
+use lgs_mechanics::contact::{Impact, Origin, Plane};
 use lgs_mechanics::terms::Role;
 use serde::{Deserialize, Serialize};
 
@@ -108,6 +108,9 @@ pub struct LawContact {
     pub offset: f64,
     /// Where the plane comes from.
     pub origin: Origin,
+    /// Further planes that it collides with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<Plane>,
     /// Restitution and friction.
     pub parameters: Vec<LawParameter>,
     /// Times of the impacts in the captured window.

@@ -1,6 +1,6 @@
 //! A law with its contact or the impulses that it receives, and how far it is known.
 
-use super::freedom::OF_CONTACT;
+use super::freedom::{OF_MATERIAL, unknowns_of, with_planes_changed};
 use super::samples::Samples;
 use crate::bands::{Normal, Verdict, radius};
 use crate::choose::DESCRIBED;
@@ -36,11 +36,11 @@ pub struct Bounced {
     pub predicted: Vec<Vec<f64>>,
     /// Unknowns of law, contact and plane, the start left out.
     pub(super) unknowns: f64,
-    /// Covariance of start, velocity, parameters, and restitution, friction, tilts and shift of the plane, or
+    /// Covariance of start, velocity, parameters, and restitution, friction, tilts and shift of every plane, or
     /// time and change of every impulse.
     pub(super) covariance: DMatrix<f64>,
-    /// Point about which the plane tilts.
-    pub(super) about: [f64; 3],
+    /// Points about which the planes tilt.
+    pub(super) about: Vec<[f64; 3]>,
     pub(super) samples: Samples,
     /// First and last time of the track.
     pub(super) window: [f64; 2],
@@ -56,7 +56,7 @@ impl Bounced {
         let [restitution, friction] = contact.deviations;
         let tilt = ground.tilt_deviation(extent);
         let own = [restitution, friction, tilt, tilt, (NEAR_PLANE * extent).hypot(ground.roughness)];
-        let mut covariance = DMatrix::zeros(known + OF_CONTACT, known + OF_CONTACT);
+        let mut covariance = DMatrix::zeros(known + own.len(), known + own.len());
         covariance.view_mut((0, 0), (known, known)).copy_from(&fitted.covariance);
         own.iter()
             .enumerate()
@@ -71,7 +71,7 @@ impl Bounced {
             predicted: Vec::new(),
             unknowns: 0.0,
             covariance,
-            about: ground.middle,
+            about: vec![ground.middle],
             samples: Samples::default(),
             window,
         }
@@ -199,12 +199,11 @@ impl Bounced {
                 event.change.iter_mut().zip(&change[1..]).for_each(|(v, change)| *v += change);
             });
         }
-        let own = change.len() - OF_CONTACT;
         if let Some(contact) = &mut law.contact {
-            contact.plane =
-                contact.plane.changed(self.about, [change[own + 2], change[own + 3]], change[own + 4]);
-            contact.restitution = (contact.restitution + change[own]).clamp(0.0, 1.0);
-            contact.friction = (contact.friction + change[own + 1]).clamp(0.0, MOST_FRICTION);
+            let own = &change.as_slice()[change.len() - unknowns_of(contact)..];
+            *contact = with_planes_changed(contact, &self.about, &own[OF_MATERIAL..]);
+            contact.restitution = (contact.restitution + own[0]).clamp(0.0, 1.0);
+            contact.friction = (contact.friction + own[1]).clamp(0.0, MOST_FRICTION);
         }
         (law, State { x, v })
     }

@@ -2,9 +2,8 @@
 
 use super::bounced::Bounced;
 use super::effort::Effort;
-use super::freedom::{Freedom, OF_CONTACT};
+use super::freedom::{Freedom, OF_MATERIAL, OF_PLANE, with_planes_changed};
 use super::samples::{Later, Samples};
-use crate::contact::Plane;
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::fit::{Minimum, Problem, Settings, Unknown, covariance_of, minimise};
@@ -24,22 +23,22 @@ pub(super) struct Bouncing {
     later: Later,
     /// Restitution and friction around which both are sought.
     middle: [f64; 2],
-    plane: Plane,
-    freedom: Freedom,
+    /// How far each plane may be from where the law has it.
+    freedoms: Vec<Freedom>,
     unknowns: Vec<Unknown>,
     effort: Effort,
 }
 
 impl Bouncing {
-    /// A motion from a start by a law with a contact; `bounds` are those of the law's parameters, and
-    /// `scales` those of changes of start, velocity and parameters.
+    /// A motion from a start by a law with a contact, of which each plane has a freedom; `bounds` are those of
+    /// the law's parameters, and `scales` those of changes of start, velocity and parameters.
     pub(super) fn new(
         (law, first): (Law, State),
         (times, samples): (Vec<f64>, Samples),
         (bounds, scales): (&[[f64; 2]], &[f64]),
-        freedom: Freedom,
+        freedoms: &[Freedom],
         effort: Effort,
-    ) -> Option<Self> {
+    ) -> Self {
         let free = |scale: &f64| Unknown { scale: *scale, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
         let mut unknowns: Vec<Unknown> = scales.iter().map(free).collect();
         let start = 2 * first.v.len();
@@ -48,30 +47,32 @@ impl Bouncing {
         }
         unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: 1.0 });
         unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: MOST_FRICTION });
-        unknowns.extend([freedom.tilt, freedom.tilt, freedom.shift].iter().map(free));
-        let plane = law.contact.as_ref()?.plane;
+        unknowns.extend(freedoms.iter().flat_map(Freedom::deviations).map(|deviation| free(&deviation)));
+        let freedoms = freedoms.to_vec();
         let later = Later::OfNoise;
         let middle = [0.0; 2];
-        Some(Self { law, first, times, samples, later, middle, plane, freedom, unknowns, effort })
+        Self { law, first, times, samples, later, middle, freedoms, unknowns, effort }
     }
 
     /// Values at the start with a restitution and a friction.
     fn values(&self, [restitution, friction]: [f64; 2]) -> Vec<f64> {
         let still = vec![0.0; self.first.v.len()];
-        let own = [restitution, friction, 0.0, 0.0, 0.0];
-        [&still, self.first.v.as_slice(), &self.law.parameters, &own].concat()
+        let own = [restitution, friction];
+        let planes = vec![0.0; OF_PLANE * self.freedoms.len()];
+        [&still, self.first.v.as_slice(), &self.law.parameters, &own, &planes].concat()
     }
 
     /// Law and start at values of the unknowns.
     fn motion(&self, values: &[f64]) -> (Law, State) {
         let n = self.first.v.len();
         let x = self.law.coordinates.retract(&self.first.x, &values[..n]);
-        let (parameters, own) = values[2 * n..].split_at(values.len() - 2 * n - OF_CONTACT);
+        let (parameters, own) = values[2 * n..].split_at(self.law.parameters.len());
+        let about: Vec<[f64; 3]> = self.freedoms.iter().map(|freedom| freedom.about).collect();
         let mut law = self.law.clone();
         law.parameters = parameters.to_vec();
         if let Some(contact) = &mut law.contact {
+            *contact = with_planes_changed(contact, &about, &own[OF_MATERIAL..]);
             (contact.restitution, contact.friction) = (own[0].clamp(0.0, 1.0), own[1].max(0.0));
-            contact.plane = self.plane.changed(self.freedom.about, [own[2], own[3]], own[4]);
         }
         (law, State { x, v: values[n..2 * n].to_vec() })
     }
@@ -121,17 +122,21 @@ impl Bouncing {
         let (mut law, start) = self.motion(&minimum.values);
         let until = self.times[self.times.len() - 1];
         law.events = System::new(&law, Edit::NONE).impacts(&start, until).ok()?;
-        let (n, last) = (start.v.len(), covariance.nrows() - OF_CONTACT);
+        let n = start.v.len();
+        let last = 2 * n + law.parameters.len();
         law.deviations = (2 * n..last).map(deviation).collect();
         let deviations = [deviation(last), deviation(last + 1)];
         law.contact.iter_mut().for_each(|contact| contact.deviations = deviations);
         let predicted = self.states(&minimum.values)?;
-        let of_plane = std::array::from_fn(|i| covariance[(last + 2 + i, last + 2 + i)]);
+        let variance = |i: usize| covariance[(last + OF_MATERIAL + i, last + OF_MATERIAL + i)];
+        let freedoms = &self.freedoms;
+        let of_plane = |k: usize| freedoms[k].counted(std::array::from_fn(|i| variance(OF_PLANE * k + i)));
+        let of_planes: f64 = (0..freedoms.len()).map(of_plane).sum();
         Some(Bounced {
             chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
             free: 0..self.samples.free,
-            unknowns: (law.unknown_count() + 2) as f64 + self.freedom.counted(of_plane),
-            about: self.freedom.about,
+            unknowns: (law.unknown_count() + OF_MATERIAL) as f64 + of_planes,
+            about: freedoms.iter().map(|freedom| freedom.about).collect(),
             window: [first, first + until],
             samples: self.samples,
             law,
@@ -152,11 +157,12 @@ impl Problem for Bouncing {
     fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
         let predicted = self.states(values)?;
         let mut residuals = self.samples.residuals(&self.law.coordinates, &predicted, self.later);
-        let own = &values[values.len() - OF_CONTACT..];
+        let own = &values[2 * self.first.v.len() + self.law.parameters.len()..];
         residuals
             .extend(own.iter().zip(self.middle).map(|(value, middle)| (value - middle) / CONTACT_SPREAD));
-        let Freedom { tilt, shift, .. } = self.freedom;
-        residuals.extend([own[2] / tilt, own[3] / tilt, own[4] / shift]);
+        let deviations = self.freedoms.iter().flat_map(Freedom::deviations);
+        residuals
+            .extend(own[OF_MATERIAL..].iter().zip(deviations).map(|(change, deviation)| change / deviation));
         residuals.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(residuals))
     }
 }

@@ -4,12 +4,13 @@ use super::body::{Body, Observed};
 use super::bounced::Bounced;
 use super::bouncing::Bouncing;
 use super::flights::{flights, nested_impacts};
-use super::freedom::Freedom;
-use super::grounds::{agree, contradict, near, touching};
+use super::freedom::{Freedom, Hypothesis};
+use super::grounds::{agree, contradict, freedom_of, touching};
 use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
 use super::struck::through_impulses;
+use super::walls::with_walls;
 use crate::candidate::Candidate;
 use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground, Impact, Origin, Plane, Surface, impacts};
@@ -48,7 +49,8 @@ pub fn fit(
     }
     let extent = body.surface.extent();
     let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent, least: 0.0 };
-    let known = |_: &FlightLaw| vec![(contact.clone(), freedom)];
+    let freedoms = vec![freedom; contact.planes().count()];
+    let known = |_: &FlightLaw| vec![Hypothesis { contact: contact.clone(), freedoms: freedoms.clone() }];
     through((&body, &seen), &FlightLaws::new(&body, &seen, f64::INFINITY), flights, &known)
         .ok_or(MechanicsError::NoFit { candidates: 1 })
 }
@@ -66,19 +68,22 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let untouched = vec![false; seen.times.len()];
     let through_set = |impacts: &Vec<Impact>| {
         let flights = flights(seen.times, impacts, &untouched);
-        let planes = |law: &FlightLaw| fitted_planes(body, seen, law, &flights, impacts);
+        let planes = |law: &FlightLaw| {
+            let fitted = fitted_planes(body, seen, law, &flights, impacts);
+            and_walls((body, seen), law, (&flights, impacts), fitted)
+        };
         through((body, seen), &laws, flights.clone(), &planes)
     };
     let is_possible = |found: &Bounced| {
-        let against = |plane: &Plane| {
-            body.grounds.iter().any(|ground| contradict(plane, ground, (found.about.into(), body)))
+        let against = |(plane, &about): (&Plane, &[f64; 3])| {
+            body.grounds.iter().any(|ground| contradict(plane, ground, (about.into(), body)))
         };
-        found.law.contact.as_ref().is_none_or(|contact| !against(&contact.plane))
+        found.law.contact.as_ref().is_none_or(|contact| !contact.planes().zip(&found.about).any(against))
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
     let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
     let mut found = before_impulses(likeliest(met.chain(told)), struck)?;
-    let about = DVec3::from(found.about);
+    let about = found.about.first().map_or(DVec3::ZERO, |&about| about.into());
     let is_seen = |plane: &Plane| body.grounds.iter().any(|ground| agree(plane, ground, (about, body)));
     if let Some(contact) = found.law.contact.as_mut().filter(|contact| is_seen(&contact.plane)) {
         contact.origin = Origin::Observed;
@@ -131,23 +136,33 @@ fn on_ground(
     if touching[0] {
         return None;
     }
-    let freedom = Freedom {
-        about: seen.centers()[seen.times.len() / 2],
-        tilt: ground.tilt_deviation(extent),
-        // A sample farther off than poses are known says that surfaces are that far from their particles.
-        shift: near(body, seen).max(lowest.abs()).hypot(ground.roughness),
-        least: 0.0,
-    };
-    let mut parts: Vec<_> = sets.iter().map(|impacts| flights(seen.times, impacts, &touching)).collect();
-    parts.dedup();
+    let own = Hypothesis::of(contact, freedom_of((body, seen), ground, lowest));
+    let mut parts: Vec<_> =
+        sets.iter().map(|impacts| (flights(seen.times, impacts, &touching), impacts)).collect();
+    parts.dedup_by(|(a, _), (b, _)| a == b);
     let stays_free = |flights: &[Range<usize>]| flights.len() == 1 && flights[0].len() == seen.times.len();
-    parts.retain(|flights| !stays_free(flights));
-    let planes = |_: &FlightLaw| vec![(contact.clone(), freedom)];
-    first_peak(parts.into_iter().filter_map(|flights| through((body, seen), laws, flights, &planes)))
+    parts.retain(|(flights, _)| !stays_free(flights));
+    let through_part = |(flights, impacts): (Vec<Range<usize>>, &Vec<Impact>)| {
+        let planes = |law: &FlightLaw| and_walls((body, seen), law, (&flights, impacts), vec![own.clone()]);
+        through((body, seen), laws, flights.clone(), &planes)
+    };
+    first_peak(parts.into_iter().filter_map(through_part))
 }
 
-/// Planes with their freedom, from the law of the flights.
-type Planes<'a> = dyn Fn(&FlightLaw) -> Vec<(Contact, Freedom)> + 'a;
+/// Hypotheses, and those among them with walls.
+fn and_walls(
+    of: (&Body, &Observed),
+    law: &FlightLaw,
+    given: (&[Range<usize>], &[Impact]),
+    mut hypotheses: Vec<Hypothesis>,
+) -> Vec<Hypothesis> {
+    let walled: Vec<_> = hypotheses.iter().filter_map(|own| with_walls(of, law, given, own)).collect();
+    hypotheses.extend(walled);
+    hypotheses
+}
+
+/// Hypotheses of the contact, from the law of the flights.
+type Planes<'a> = dyn Fn(&FlightLaw) -> Vec<Hypothesis> + 'a;
 
 /// The likeliest motion through the ends of flights on one of several planes; `None` where the flights have
 /// no law.
@@ -162,7 +177,7 @@ fn through(
         let law = laws.of(&flights)?;
         // A flight that goes through the plane holds samples of its impact.
         let options = planes(&law);
-        let (contact, _) = options.first()?;
+        let contact = &options.first()?.contact;
         let kept = first_impact(&law, contact, since[flights[0].end - 1])?
             .map_or(flights[0].end, |time| since.partition_point(|other| *other <= time));
         let is_late = contact.origin != Origin::Fitted && (FEWEST_TIMES..flights[0].end).contains(&kept);
@@ -171,9 +186,8 @@ fn through(
         }
         flights[0].end = kept;
     };
-    let on_plane =
-        |(contact, freedom): (Contact, Freedom)| on_plane(body, seen, (&law, &flights), &contact, freedom);
-    likeliest(planes(&law).into_iter().filter_map(on_plane))
+    let on_planes = |hypothesis: Hypothesis| on_planes((body, seen), (&law, &flights), &hypothesis);
+    likeliest(planes(&law).into_iter().filter_map(on_planes))
 }
 
 /// Time of the first impact of the first flight's motion.
@@ -197,14 +211,12 @@ fn with_contact(law: &FlightLaw, coordinates: &Coordinates, contact: &Contact) -
     Some(motion)
 }
 
-/// The motion through impacts on a plane, for the better of a body that is filled and one whose mass is
-/// where its particles are.
-fn on_plane(
-    body: &Body,
-    seen: &Observed,
+/// The motion through impacts on the planes of a hypothesis, for the better of a body that is filled and one
+/// whose mass is where its particles are.
+fn on_planes(
+    (body, seen): (&Body, &Observed),
     (law, flights): (&FlightLaw, &[Range<usize>]),
-    contact: &Contact,
-    freedom: Freedom,
+    hypothesis: &Hypothesis,
 ) -> Option<Bounced> {
     let since = seen.since();
     let samples = Samples::new(
@@ -215,14 +227,15 @@ fn on_plane(
     );
     let scales = law.scales_of_changes(since[flights[0].end - 1]);
     let with_inertia = |coordinates: Coordinates| {
-        let motion = with_contact(law, &coordinates, contact)?;
+        let motion = with_contact(law, &coordinates, &hypothesis.contact)?;
         let start: State = law.flights[0].1.clone();
         let given = (since.clone(), samples.clone());
         let bounds = (law.bounds.as_slice(), scales.as_slice());
-        let bouncing = Bouncing::new((motion, start), given, bounds, freedom, law.effort.clone())?;
+        let bouncing =
+            Bouncing::new((motion, start), given, bounds, &hypothesis.freedoms, law.effort.clone());
         let (pair, error) = bouncing.coarse()?;
         // No restitution and friction bring it about: the plane is not what the body has met.
-        (error <= HOPELESS * contact.extent()).then_some((bouncing, pair, error))
+        (error <= HOPELESS * hypothesis.contact.extent()).then_some((bouncing, pair, error))
     };
     let tried = masses(&law.candidate.coordinates, body.is_shell).into_iter().filter_map(with_inertia);
     let (bouncing, pair, _) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;

@@ -1,6 +1,7 @@
 //! Planes that points at rest show, beside what a body's track tells of them.
 
 use super::body::{Body, Observed};
+use super::freedom::Freedom;
 use crate::contact::{Contact, Ground, Plane};
 use crate::thresholds::{AGREED, DEEPEST, NEAR_PLANE, WIDEST_TILT};
 use glam::DVec3;
@@ -30,6 +31,17 @@ fn has_its_tilt(plane: &Plane, ground: &Ground, body: &Body) -> bool {
 
 fn tilt_between(plane: &Plane, ground: &Ground) -> f64 {
     DVec3::from(plane.normal).angle_between(DVec3::from(ground.plane.normal))
+}
+
+/// How far a plane at rest may be from where its points show it, for a body whose lowest sample is at a height
+/// over it: a sample farther off than poses are known says that surfaces are that far from their particles.
+pub(super) fn freedom_of((body, seen): (&Body, &Observed), ground: &Ground, lowest: f64) -> Freedom {
+    Freedom {
+        about: seen.centers()[seen.times.len() / 2],
+        tilt: ground.tilt_deviation(body.surface.extent()),
+        shift: near(body, seen).max(lowest.abs()).hypot(ground.roughness),
+        least: 0.0,
+    }
 }
 
 /// Height at which a pose counts as touching: no better are poses, plane and surface known.

@@ -10,9 +10,11 @@ mod flights;
 mod freedom;
 mod grounds;
 mod laws;
+mod meeting;
 mod plane_of_impact;
 mod samples;
 mod struck;
+mod walls;
 
 pub use body::{Body, Observed};
 pub use bounced::Bounced;

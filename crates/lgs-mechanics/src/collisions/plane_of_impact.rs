@@ -1,12 +1,10 @@
 //! The plane of an impact, where nothing at rest shows it.
 
 use super::body::{Body, Observed};
-use super::freedom::Freedom;
+use super::freedom::{Freedom, Hypothesis};
 use super::laws::FlightLaw;
+use super::meeting::{Met, meeting};
 use crate::contact::{Contact, Impact, Origin, Plane};
-use crate::coordinates::State;
-use crate::edit::Edit;
-use crate::system::System;
 use crate::thresholds::{EXACT, FASTEST, WIDEST_TILT};
 use glam::DVec3;
 use std::ops::Range;
@@ -19,8 +17,8 @@ pub(super) fn fitted_planes(
     law: &FlightLaw,
     flights: &[Range<usize>],
     impacts: &[Impact],
-) -> Vec<(Contact, Freedom)> {
-    let Some(Met { x, before, change }) = first_impact(seen, law, (flights, impacts)) else {
+) -> Vec<Hypothesis> {
+    let Some(Met { x, before, change }) = meeting(seen, law, (flights, impacts), 0) else {
         return Vec::new();
     };
     let extent = body.surface.extent();
@@ -30,33 +28,23 @@ pub(super) fn fitted_planes(
         let offset = Contact::of(through, &body.surface, 0.0).gap(&x);
         let contact = Contact::of(Plane { offset, ..through }, &body.surface, 0.0);
         let freedom = Freedom { about, tilt, shift: extent, least };
-        (Contact { origin: Origin::Fitted, ..contact }, freedom)
+        Hypothesis::of(Contact { origin: Origin::Fitted, ..contact }, freedom)
     };
     let field = field(law).filter(|field| field.dot(change) < 0.0);
     let level =
         field.and_then(|field| Some(plane((-field).try_normalize()?, tilt_of(field, law, seen), 1.0)));
     let tilted = change.try_normalize().map(|normal| plane(normal, WIDEST_TILT, 3.0));
-    let allowed = |(contact, _): &(Contact, Freedom)| {
-        let normal = DVec3::from(contact.plane.normal);
+    let allowed = |hypothesis: &Hypothesis| {
+        let normal = DVec3::from(hypothesis.contact.plane.normal);
         before.is_none_or(|before| stops(before, change, normal))
     };
     level.into_iter().chain(tilted).filter(allowed).collect()
 }
 
 /// Whether a plane at rest can change a velocity so: the body comes towards it, and leaves it no faster.
-fn stops(before: DVec3, change: DVec3, normal: DVec3) -> bool {
+pub(super) fn stops(before: DVec3, change: DVec3, normal: DVec3) -> bool {
     let approach = -before.dot(normal);
     change.dot(normal) <= (1.0 + FASTEST) * approach
-}
-
-/// An impact as the flights before and after it have it.
-struct Met {
-    /// Configuration.
-    x: Vec<f64>,
-    /// Velocity of the centre before, if there are flights on both sides.
-    before: Option<DVec3>,
-    /// Change of that velocity.
-    change: DVec3,
 }
 
 /// How well the direction of a field is known, radians, from how well the places along a flight of a duration
@@ -75,42 +63,4 @@ fn field(law: &FlightLaw) -> Option<DVec3> {
     let motion = law.motion().ok()?;
     let index = motion.terms.iter().position(|term| term.kind.name() == "uniform-field")?;
     motion.parameters.get(motion.range(index)).map(DVec3::from_slice)
-}
-
-/// The first impact: where the first two flights meet, or as the samples around it have it.
-fn first_impact(
-    seen: &Observed,
-    law: &FlightLaw,
-    (flights, impacts): (&[Range<usize>], &[Impact]),
-) -> Option<Met> {
-    let since = seen.since();
-    let end = flights[0].end;
-    let meeting = law
-        .flights
-        .get(1)
-        .filter(|_| flights.get(1).is_some_and(|next| next.contains(&law.flights[1].0.start)));
-    let Some((range, after)) = meeting else {
-        let first = impacts.first()?;
-        let change = DVec3::from_slice(&first.change);
-        return Some(Met { x: seen.x.get(end)?.clone(), before: None, change });
-    };
-    let motion = law.motion().ok()?;
-    let system = System::new(&motion, Edit::NONE);
-    let both = |time: f64| -> Option<[State; 2]> {
-        let one = system.states(&law.flights[0].1, &[time]).ok()?.swap_remove(0);
-        let other = system.states(after, &[time - since[range.start]]).ok()?.swap_remove(0);
-        Some([one, other])
-    };
-    let tail = |values: &[f64]| DVec3::from_slice(&values[values.len() - 3..]);
-    let mut time = 0.5 * (since[end - 1] + since[end.min(since.len() - 1)]);
-    let mut found = None;
-    for _ in 0..2 {
-        let [before, after] = both(time)?;
-        let change = tail(&after.v) - tail(&before.v);
-        found = Some(Met { x: before.x.clone(), before: Some(tail(&before.v)), change });
-        let apart =
-            (tail(&after.x) - tail(&before.x)).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
-        time = (time - apart).clamp(since[law.flights[0].0.end - 1], since[range.start]);
-    }
-    found
 }

@@ -137,7 +137,7 @@ impl StruckMotion {
             chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
             free: 0..self.samples.free,
             unknowns: (minimum.values.len() - first) as f64,
-            about: [0.0; 3],
+            about: Vec::new(),
             window,
             deviations: [0.0; 2],
             error: self.samples.later_error(&law.coordinates, &predicted),

@@ -1,5 +1,6 @@
 //! Impulses at the contact points of a body.
 
+use super::plane::Plane;
 use super::surfaces::Contact;
 use crate::coordinates::State;
 use crate::thresholds::{SOLVED_IMPULSE, SWEEPS};
@@ -21,6 +22,8 @@ pub(crate) struct Body {
 /// A contact point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
+    /// Unit normal of the plane that it touches, world axes.
+    pub(crate) plane_normal: DVec3,
     /// Height of its surface over the plane.
     pub(crate) gap: f64,
     /// From the centre to the surface, world axes.
@@ -62,31 +65,38 @@ impl Body {
         Self::new(&state, turns.then_some(DMat3::IDENTITY))
     }
 
-    /// The points of which the height over the plane is at most `reach`.
+    /// The points of which the height over a plane is at most `reach`, plane by plane.
     pub(crate) fn touches(&self, contact: &Contact, reach: f64) -> Vec<Touch> {
-        let (normal, base) = self.heights(contact);
-        let world_normal = DVec3::from(contact.plane.normal);
-        let low =
-            contact.points.iter().map(|point| (DVec3::from(*point), base + normal.dot((*point).into())));
-        let touch = |(point, gap)| {
-            let arm = self.rotation * point - world_normal * contact.radius;
-            Touch { gap, arm, least: 0.0, normal: 0.0, across: DVec3::ZERO }
+        let of_plane = |plane: &Plane| {
+            let (normal, base) = self.heights(plane, contact.radius);
+            let plane_normal = DVec3::from(plane.normal);
+            let touch = |point: &[f64; 3]| {
+                let (point, gap) = (DVec3::from(*point), base + normal.dot((*point).into()));
+                let arm = self.rotation * point - plane_normal * contact.radius;
+                Touch { plane_normal, gap, arm, least: 0.0, normal: 0.0, across: DVec3::ZERO }
+            };
+            contact.points.iter().map(touch).filter(|touch| touch.gap <= reach).collect::<Vec<_>>()
         };
-        low.filter(|(_, gap)| *gap <= reach).map(touch).collect()
+        contact.planes().flat_map(of_plane).collect()
     }
 
-    /// Smallest height over the plane.
+    /// Smallest height over the planes.
     pub(crate) fn gap(&self, contact: &Contact) -> f64 {
-        let (normal, base) = self.heights(contact);
+        contact.planes().map(|plane| self.gap_to(plane, contact)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Smallest height over a plane.
+    fn gap_to(&self, plane: &Plane, contact: &Contact) -> f64 {
+        let (normal, base) = self.heights(plane, contact.radius);
         let along = contact.points.iter().map(|point| normal.dot(DVec3::from(*point)));
         base + along.fold(f64::INFINITY, f64::min)
     }
 
-    /// The normal in body axes, and the height of the surface around a point at the centre: that of others is
-    /// higher by their product with the normal.
-    fn heights(&self, contact: &Contact) -> (DVec3, f64) {
-        let normal = self.rotation.transpose() * DVec3::from(contact.plane.normal);
-        (normal, contact.plane.height(self.center) - contact.radius)
+    /// The normal of a plane in body axes, and the height of the surface around a point at the centre: that of
+    /// others is higher by their product with the normal.
+    fn heights(&self, plane: &Plane, radius: f64) -> (DVec3, f64) {
+        let normal = self.rotation.transpose() * DVec3::from(plane.normal);
+        (normal, plane.height(self.center) - radius)
     }
 
     /// The same place with the velocities of another.
@@ -105,8 +115,13 @@ impl Body {
     }
 
     /// Velocity of a touching point.
-    pub(crate) fn velocity_at(&self, touch: &Touch) -> DVec3 {
+    fn velocity_at(&self, touch: &Touch) -> DVec3 {
         self.velocity + self.spin.cross(touch.arm)
+    }
+
+    /// Velocity of a touching point along the normal of its plane.
+    pub(crate) fn velocity_along(&self, touch: &Touch) -> f64 {
+        self.velocity_at(touch).dot(touch.plane_normal)
     }
 
     /// Fastest that a point up to a distance from the centre moves.
@@ -147,23 +162,30 @@ impl Mobility {
 }
 
 impl Contact {
-    /// Height of the lowest point of a body in a configuration, world units.
+    /// Height of the lowest point of a body in a configuration over the planes, world units.
     #[must_use]
     pub fn gap(&self, x: &[f64]) -> f64 {
         Body::at(x).gap(self)
+    }
+
+    /// The same over one plane.
+    #[must_use]
+    pub fn gap_to(&self, plane: &Plane, x: &[f64]) -> f64 {
+        Body::at(x).gap_to(plane, self)
     }
 }
 
 /// Finds impulses by projected Gauss–Seidel: normal ones push only, and only as far as each point's least
 /// velocity asks for; those across the normal oppose sliding within Coulomb's cone.
 pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
-    let normal = DVec3::from(contact.plane.normal);
     let mobility = body.mobility();
-    let responses: Vec<f64> = touches.iter().map(|touch| mobility.response(touch.arm, normal)).collect();
+    let response = |touch: &Touch| mobility.response(touch.arm, touch.plane_normal);
+    let responses: Vec<f64> = touches.iter().map(response).collect();
     for _ in 0..SWEEPS {
         let (mut change, mut sum) = (0.0, 0.0);
         for (touch, response) in touches.iter_mut().zip(&responses) {
-            let missing = touch.least - body.velocity_at(touch).dot(normal);
+            let normal = touch.plane_normal;
+            let missing = touch.least - body.velocity_along(touch);
             let push = (touch.normal + missing / response).max(0.0);
             let by = push - touch.normal;
             mobility.push(body, touch.arm, normal * by);

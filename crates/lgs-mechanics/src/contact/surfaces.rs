@@ -1,4 +1,4 @@
-//! The plane that a body collides with, and the surface by which it does.
+//! The planes that a body collides with, and the surface by which it does.
 
 use super::plane::Plane;
 use super::points::Surface;
@@ -7,7 +7,7 @@ use crate::error::MechanicsError;
 use crate::thresholds::{EXPECTED_FRICTION, EXPECTED_RESTITUTION};
 use serde::{Deserialize, Serialize};
 
-/// Where the plane of a contact comes from.
+/// Where the first plane of a contact comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
@@ -20,12 +20,15 @@ pub enum Origin {
     Fitted,
 }
 
-/// The plane that a body collides with, and how.
+/// The planes that a body collides with, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// The plane; the body is on the side that its normal points to.
     pub plane: Plane,
+    /// Further planes of the same restitution and friction, each with the body on the side of its normal.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<Plane>,
     /// Points of the body that may touch, from its centre, principal axes, world units.
     pub points: Vec<[f64; 3]>,
     /// Radius of the spheres around the points, world units: 0 for corners.
@@ -41,7 +44,7 @@ pub struct Contact {
     /// Standard deviations of restitution and friction; 0 where they are given.
     #[serde(default)]
     pub deviations: [f64; 2],
-    /// Where the plane comes from.
+    /// Where the first plane comes from.
     #[serde(default)]
     pub origin: Origin,
 }
@@ -53,6 +56,7 @@ impl Contact {
         let Surface { points, radius } = surface.clone();
         Self {
             plane,
+            walls: Vec::new(),
             points,
             radius,
             restitution: 0.0,
@@ -88,7 +92,7 @@ impl Contact {
             let (term, port) = ("contact".to_owned(), "plane");
             return Err(MechanicsError::NoSuchPort { term, port, coordinates: coordinates.name() });
         }
-        self.plane.check()?;
+        self.planes().try_for_each(Plane::check)?;
         if self.points.is_empty() {
             let what = "points of a contact".to_owned();
             return Err(MechanicsError::Size { what, expected: 1, found: 0 });
@@ -104,6 +108,11 @@ impl Contact {
             }
         }
         Ok(())
+    }
+
+    /// All planes: the first one, then the further ones.
+    pub fn planes(&self) -> impl Iterator<Item = &Plane> {
+        std::iter::once(&self.plane).chain(&self.walls)
     }
 
     /// Largest distance of the surface from the centre.

@@ -126,15 +126,14 @@ impl<'a> Collider<'a> {
         Ok(best)
     }
 
-    /// The points that touch, and their velocities along the normal.
+    /// The points that touch, and their velocities along the normals of the planes.
     fn touching(&self, body: &Body) -> Vec<(Touch, f64)> {
-        let normal = DVec3::from(self.contact.plane.normal);
         let near = TOUCHING * self.extent;
         let touches = body.touches(self.contact, near).into_iter();
-        touches.map(|touch| (touch, body.velocity_at(&touch).dot(normal))).collect()
+        touches.map(|touch| (touch, body.velocity_along(&touch))).collect()
     }
 
-    /// Fastest approach of a point that touches.
+    /// Fastest approach of a point to the plane that it touches.
     fn approach(&self, state: &State) -> f64 {
         self.touching(&self.body(state)).iter().fold(0.0, |most, (_, along)| most.max(-along))
     }
@@ -159,20 +158,19 @@ impl<'a> Collider<'a> {
     /// then positions with the velocities that are left.
     fn rest(&self, stepper: &mut dyn Stepper, at: &mut Moment, h: f64) -> Solved {
         let free = self.moved(stepper, at, h)?;
-        let normal = DVec3::from(self.contact.plane.normal);
         let before = self.body(&at.state);
         let mut body = before.with_velocities(&self.body(&free.state));
         let hold = |mut touch: Touch| {
-            let along = before.velocity_at(&touch).dot(normal);
+            let along = before.velocity_along(&touch);
             let give = if touch.gap > 0.0 { touch.gap } else { LIFT * touch.gap };
             let fast = along < -self.contact.resting_speed;
             touch.least = if fast { -self.contact.restitution * along } else { -give / h };
             touch
         };
         let reach = h * body.fastest(self.extent);
-        let after = |touch: &Touch| touch.gap + h * body.velocity_at(touch).dot(normal);
+        let after = |touch: &Touch| touch.gap + h * body.velocity_along(touch);
         let closing = before.touches(self.contact, reach).into_iter().filter(|touch| after(touch) < 0.0);
-        let carrying = carrying(closing.collect(), normal, after);
+        let carrying = carrying(&closing.collect::<Vec<_>>(), after);
         let mut touches: Vec<Touch> = carrying.into_iter().map(hold).collect();
         solve(&mut body, &mut touches, self.contact);
         let turns = at.state.v.len() - 3;

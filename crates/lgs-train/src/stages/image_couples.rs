@@ -3,7 +3,7 @@
 
 use lgs_distill::{BodyPoses, DistilledLaw, couple_of_poses};
 use lgs_mechanics::bands::Verdict;
-use lgs_model::LagrangianScene;
+use lgs_model::{GeneralisedDynamics, LagrangianScene};
 use rayon::prelude::*;
 
 use super::law_choice::{LawChoice, own_law, take};
@@ -16,8 +16,8 @@ pub(super) struct Couple {
 }
 
 /// The laws of pairs of objects whose rows are next to each other, which have one body each and are not both
-/// explained by laws of their own: those of the last rows first, each object once. An object is a range of
-/// rows of the scene, so that others cannot be put together.
+/// explained by laws of their own, and of which none hits something by its law: those of the last rows first,
+/// each object once. An object is a range of rows of the scene, so that others cannot be put together.
 pub(super) fn couples(
     scene: &LagrangianScene,
     bodies: &[(usize, Vec<BodyPoses>)],
@@ -26,11 +26,17 @@ pub(super) fn couples(
     let is_explained = |index: usize| {
         own_law(&scene.objects[index]).is_some_and(|law| law.known.verdict == Verdict::Explained)
     };
+    let hits = |index: usize| {
+        let is_hit =
+            |law: &GeneralisedDynamics| !law.law.is_smooth() && law.known.verdict != Verdict::Outside;
+        own_law(&scene.objects[index]).is_some_and(is_hit)
+    };
     let of_pair = |pair: &[(usize, Vec<BodyPoses>)]| {
         let [(first, a), (second, b)] = pair else { return None };
         let ([a], [b]) = (a.as_slice(), b.as_slice()) else { return None };
-        let is_open = first + 1 == *second && ![*first, *second].into_iter().all(is_explained);
-        if !is_open || a.deforms || b.deforms {
+        let pair = [*first, *second];
+        let is_open = first + 1 == *second && !pair.into_iter().all(is_explained);
+        if !is_open || pair.into_iter().any(hits) || a.deforms || b.deforms {
             return None;
         }
         let choice = choice.of_object(*first);
@@ -64,7 +70,7 @@ mod tests {
     use lgs_dynamics::{Edit, Reversal};
     use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
     use lgs_mechanics::{Law, bands};
-    use lgs_model::{Dynamics, GeneralisedDynamics, Motion, MotionConfig, ObjectModel};
+    use lgs_model::{Dynamics, Motion, MotionConfig, ObjectModel};
 
     /// An object that moves freely along x.
     fn sliding(members: std::ops::Range<usize>, velocity: f64) -> ObjectModel {

@@ -154,6 +154,7 @@ fn bounce(draws: &mut Draws) -> (Stage, Rig) {
         gravity,
         restitution: draws.within(0.6..0.85),
         rest_height: 0.0,
+        walls: Vec::new(),
     });
     let ball = ball(draws, radius);
     framed(Stage { bodies: vec![Body::of("ball", motion, ball)], fixed: vec![floor(-radius, 1.5)] })

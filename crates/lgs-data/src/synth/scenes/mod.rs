@@ -16,6 +16,7 @@ mod objects;
 mod room;
 mod thrown;
 mod unexplained;
+mod walls;
 
 pub use entry::SceneInfo;
 
@@ -35,7 +36,7 @@ pub(super) struct Scene {
 }
 
 fn entries() -> impl Iterator<Item = &'static Entry> {
-    let groups: [&[Entry]; 10] = [
+    let groups: [&[Entry]; 11] = [
         &objects::ENTRIES,
         &room::ENTRIES,
         &hinges::ENTRIES,
@@ -45,6 +46,7 @@ fn entries() -> impl Iterator<Item = &'static Entry> {
         &thrown::ENTRIES,
         &flows::ENTRIES,
         &machines::ENTRIES,
+        &walls::ENTRIES,
         &unexplained::ENTRIES,
     ];
     groups.into_iter().flatten()

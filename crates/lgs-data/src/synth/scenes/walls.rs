@@ -1,0 +1,77 @@
+//! Scenes of bodies that hit more than the floor.
+
+use super::super::body::{Body, Part, Stage};
+use super::super::bounce::{Bounce, Wall};
+use super::super::draws::Draws;
+use super::super::motion::Motion;
+use super::super::shape::Shape;
+use super::super::texture::Texture;
+use super::super::view::Rig;
+use super::entry::{Entry, ball, floor, framed};
+use glam::{DVec3, dvec3};
+
+pub(super) const ENTRIES: [Entry; 2] = [
+    Entry::new(
+        "wall",
+        "a ball that bounces off a floor and an upright wall; before t = 0 it is in the flight of t = 0",
+        "g 2.5 to 4, restitution 0.6 to 0.85, floor at 0.25 to 0.35, wall at 0.5 to 0.58, speed towards it 0.8 \
+         to 1.2, no friction",
+        one_wall,
+    ),
+    Entry::new(
+        "corner",
+        "a ball that bounces off a floor and both walls of a corner; before t = 0 it is in the flight of t = 0",
+        "g 2.5 to 4, restitution 0.6 to 0.85, floor at 0.25 to 0.35, walls at 0.14 to 0.18 and 0.5 to 0.58, \
+         speeds towards them 0.8 to 1.2, no friction",
+        corner,
+    ),
+];
+
+/// A wall that a ball of a radius reaches at the end of a way along a level direction, and its part: upright,
+/// two units long.
+fn wall(toward: DVec3, way: f64, radius: f64) -> (Wall, Part) {
+    let (half, thickness) = (0.7, 0.05);
+    let texture = Texture::new([0x5a6f8a, 0x7f9cb8, 0x4a586f], 0.9).with_contrast(0.7);
+    let center = (way + radius + thickness) * toward + (half - radius) * DVec3::Z;
+    let slab = Part::new(Shape::Cuboid(dvec3(thickness, 1.0, half)), center, texture);
+    let part = slab.turned(DVec3::Z, toward.y.atan2(toward.x));
+    (Wall { normal: -toward, offset: -way }, part)
+}
+
+/// A ball whose flight of t = 0 touches the floor within the window, and that comes to upright walls, each
+/// across the one before, with speeds and at times.
+fn bouncing<const N: usize>(draws: &mut Draws, walls: [(f64, f64); N]) -> (Stage, Rig) {
+    let (gravity, radius) = (draws.within(2.5..4.0), draws.within(0.2..0.26));
+    let (before, after) = (draws.within(0.8..0.9), draws.within(0.25..0.35));
+    let mut toward = draws.horizontal();
+    let mut velocity = 0.5 * gravity * (after - before) * DVec3::Z;
+    let (mut fixed, mut upright) = (vec![floor(-radius, 1.5)], Vec::new());
+    for (speed, time) in walls {
+        let (plane, part) = wall(toward, speed * time, radius);
+        upright.push(plane);
+        fixed.push(part);
+        velocity += speed * toward;
+        toward = DVec3::Z.cross(toward);
+    }
+    let motion = Motion::Bounce(Bounce {
+        start: 0.5 * gravity * before * after * DVec3::Z,
+        velocity,
+        gravity,
+        restitution: draws.within(0.6..0.85),
+        rest_height: 0.0,
+        walls: upright,
+    });
+    let ball = ball(draws, radius);
+    framed(Stage { bodies: vec![Body::of("ball", motion, ball)], fixed })
+}
+
+fn one_wall(draws: &mut Draws) -> (Stage, Rig) {
+    let late = (draws.within(0.8..1.2), draws.within(0.5..0.58));
+    bouncing(draws, [late])
+}
+
+fn corner(draws: &mut Draws) -> (Stage, Rig) {
+    let early = (draws.within(0.8..1.2), draws.within(0.14..0.18));
+    let late = (draws.within(0.8..1.2), draws.within(0.5..0.58));
+    bouncing(draws, [early, late])
+}
