@@ -201,6 +201,8 @@ pub(crate) const NEAR: f64 = 0.03;
 pub(crate) const ON_PLANE: f64 = 0.3;
 /// Distance of points at rest, in extents of the body, beyond which a plane has ended.
 pub(crate) const WITHIN_REACH: f64 = 1.5;
+/// Most further planes that a motion is expected to meet: those of a room.
+pub(crate) const MOST_WALLS_AHEAD: usize = 5;
 /// Times over three windows at which a body is compared with planes that it may go through: between two of
 /// them it moves by less than its extent, or too fast for a tenth of the window to show it.
 pub(crate) const EXPECTED_TIMES: usize = 240;

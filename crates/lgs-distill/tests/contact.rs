@@ -13,6 +13,8 @@ struct Falling {
     size: f32,
     samples: usize,
     noise: f32,
+    /// Where a wall across the x axis stands, if there is one.
+    wall: Option<f32>,
 }
 
 const GRAVITY: f32 = 3.0;
@@ -42,18 +44,19 @@ impl Falling {
             .collect();
         let mut draws = lgs_core::stream(8, "floor", 0);
         let mut across = || draws.random_range(-1.5..1.5);
-        let floor: Vec<[f32; 3]> = (0..400).map(|_| [across(), across(), -0.3]).collect();
+        let mut still: Vec<[f32; 3]> = (0..400).map(|_| [across(), across(), -0.3]).collect();
+        still.extend(self.wall.into_iter().flat_map(|x| [x; 400]).map(|x| [x, across(), across()]));
         let times: Vec<f32> = (0..self.samples).map(|k| 0.0125 * k as f32).collect();
         let mut draws = lgs_core::stream(9, "noise", 0);
         let mut noise = || -> f32 { StandardNormal.sample(&mut draws) };
         let mut row = |&time: &f32| -> Vec<[f32; 3]> {
             let shift = [0.3 * time, 0.1 * time, Self::height(time)];
             let moved = ball.iter().map(|p| [0, 1, 2].map(|i| p[i] + shift[i]));
-            let all: Vec<[f32; 3]> = moved.chain(floor.iter().copied()).collect();
+            let all: Vec<[f32; 3]> = moved.chain(still.iter().copied()).collect();
             all.into_iter().map(|p| p.map(|c| self.size * (c + self.noise * noise()))).collect()
         };
         let positions = times.iter().map(&mut row).collect();
-        let object = (0..600).map(|i| if i < 200 { 0 } else { -1 }).collect();
+        let object = (0..200 + still.len()).map(|i| if i < 200 { 0 } else { -1 }).collect();
         (Trajectories::unweighted(times, positions), Partition { object, objects: 1 })
     }
 
@@ -69,7 +72,7 @@ impl Falling {
 #[test]
 fn a_ball_bounces_on_the_points_at_rest_in_every_unit() {
     for size in [0.01, 100.0] {
-        let found = Falling { size, samples: 61, noise: 0.002 }.law();
+        let found = Falling { size, samples: 61, noise: 0.002, wall: None }.law();
         let contact = found.law.contact.as_ref().expect("a contact");
         let told = format!("{size}: {contact:?}, {:?}", found.known.verdict);
         assert_eq!(contact.origin, Origin::Observed, "{told}");
@@ -83,7 +86,7 @@ fn a_ball_bounces_on_the_points_at_rest_in_every_unit() {
 
 #[test]
 fn a_ball_that_has_met_nothing_yet_does_not_fall_through_the_floor() {
-    let found = Falling { size: 1.0, samples: 31, noise: 0.002 }.law();
+    let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: None }.law();
     let contact = found.law.contact.as_ref().expect("a contact");
     assert!(found.law.events.is_empty() && contact.deviations[0] > 0.1, "{contact:?}");
     let last = Distilled::Generalised(Box::new(found.clone())).rolled(0.01, 2000).pop().unwrap();
@@ -92,4 +95,18 @@ fn a_ball_that_has_met_nothing_yet_does_not_fall_through_the_floor() {
     let band = &found.known.band;
     let radius = |time: f64| band.radius[band.times.partition_point(|t| *t < time)].unwrap_or(f64::INFINITY);
     assert!(radius(1.0) > 5.0 * radius(0.3), "{band:?}");
+}
+
+#[test]
+fn a_ball_stays_within_a_wall_and_a_floor_that_it_has_not_met_yet() {
+    let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: Some(0.42) }.law();
+    let contact = found.law.contact.as_ref().expect("a contact");
+    assert!(found.law.events.is_empty(), "{:?}", found.law.events);
+    let normals: Vec<[f64; 3]> = contact.planes().map(|plane| plane.normal).collect();
+    assert!(normals.len() == 2 && normals[0][0] < -0.999 && normals[1][2] > 0.999, "{contact:?}");
+    let paths = Distilled::Generalised(Box::new(found)).rolled(0.01, 300);
+    let over =
+        |plane: &dyn Fn(&[f32; 3]) -> f32| paths.iter().flatten().map(plane).fold(f32::INFINITY, f32::min);
+    let [wall, floor] = [over(&|p| 0.42 - p[0]), over(&|p| p[2] + 0.3)];
+    assert!(wall.abs() < 0.02 && floor.abs() < 0.02, "{wall} {floor}");
 }

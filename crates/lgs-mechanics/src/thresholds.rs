@@ -260,8 +260,10 @@ pub(crate) const FINEST_CORNER: f64 = 0.01;
 pub(crate) const EXPECTED_RESTITUTION: f64 = 0.3;
 /// Friction of a contact that was never seen: the middle of dry solids, 0.2 to 0.6.
 pub(crate) const EXPECTED_FRICTION: f64 = 0.3;
-/// Planes that are sought among points at rest: a floor and some walls.
+/// Planes that are sought among points at rest, a floor and some walls; as many again are, of other surfaces.
 pub(crate) const MOST_PLANES: usize = 6;
+/// Angle between planes of points at rest, radians, above which they are those of two surfaces.
+pub(crate) const OTHER_SURFACE: f64 = 0.5;
 /// Fewest points of a plane: with three that any plane goes through, some more that chance does not explain.
 pub(crate) const FEWEST_OF_PLANE: usize = 10;
 /// Roughness over the tolerance within which points were sought, up to which they cluster about a plane: half

@@ -51,16 +51,9 @@ impl Bounced {
     /// friction are those of the contact with its deviations, the plane is as well known as `ground` says.
     #[must_use]
     pub fn expecting(fitted: &Fitted, contact: Contact, ground: &Ground, window: [f64; 2]) -> Self {
-        let known = fitted.covariance.nrows();
-        let extent = contact.extent();
         let [restitution, friction] = contact.deviations;
-        let tilt = ground.tilt_deviation(extent);
-        let own = [restitution, friction, tilt, tilt, (NEAR_PLANE * extent).hypot(ground.roughness)];
-        let mut covariance = DMatrix::zeros(known + own.len(), known + own.len());
-        covariance.view_mut((0, 0), (known, known)).copy_from(&fitted.covariance);
-        own.iter()
-            .enumerate()
-            .for_each(|(i, deviation)| covariance[(known + i, known + i)] = deviation.powi(2));
+        let own = [vec![restitution, friction], deviations_of(ground, &contact)].concat();
+        let covariance = with_independent(&fitted.covariance, &own);
         Self {
             law: Law { contact: Some(contact), ..fitted.law.clone() },
             start: fitted.start.clone(),
@@ -75,6 +68,17 @@ impl Bounced {
             samples: Samples::default(),
             window,
         }
+    }
+
+    /// The same with a further plane at rest, of which the track tells nothing.
+    #[must_use]
+    pub fn with_wall(mut self, ground: &Ground) -> Self {
+        if let Some(contact) = self.law.contact.as_mut() {
+            self.covariance = with_independent(&self.covariance, &deviations_of(ground, contact));
+            contact.walls.push(ground.plane);
+            self.about.push(ground.middle);
+        }
+        self
     }
 
     /// The fitted motion at times of the track's clock.
@@ -211,4 +215,21 @@ impl Bounced {
     fn since(&self, times: &[f64]) -> Vec<f64> {
         times.iter().map(|time| time - self.window[0]).collect()
     }
+}
+
+/// Standard deviations of the tilts and of the shift of a plane at rest that a body has not met.
+fn deviations_of(ground: &Ground, contact: &Contact) -> Vec<f64> {
+    let extent = contact.extent();
+    let tilt = ground.tilt_deviation(extent);
+    vec![tilt, tilt, (NEAR_PLANE * extent).hypot(ground.roughness)]
+}
+
+/// A covariance with further unknowns that are independent of all others.
+fn with_independent(covariance: &DMatrix<f64>, deviations: &[f64]) -> DMatrix<f64> {
+    let (known, all) = (covariance.nrows(), covariance.nrows() + deviations.len());
+    let mut whole = covariance.clone().resize(all, all, 0.0);
+    deviations.iter().enumerate().for_each(|(i, deviation)| {
+        whole[(known + i, known + i)] = deviation.powi(2);
+    });
+    whole
 }

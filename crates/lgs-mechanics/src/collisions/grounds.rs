@@ -16,7 +16,7 @@ pub(super) fn agree(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body
 pub(super) fn contradict(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> bool {
     ground.is_sharp
         && is_near(plane, ground, (about, body))
-        && tilt_between(plane, ground) <= WIDEST_TILT
+        && plane.tilt_to(&ground.plane) <= WIDEST_TILT
         && !has_its_tilt(plane, ground, body)
 }
 
@@ -26,11 +26,7 @@ fn is_near(plane: &Plane, ground: &Ground, (about, body): (DVec3, &Body)) -> boo
 }
 
 fn has_its_tilt(plane: &Plane, ground: &Ground, body: &Body) -> bool {
-    tilt_between(plane, ground) <= AGREED * ground.tilt_deviation(body.surface.extent())
-}
-
-fn tilt_between(plane: &Plane, ground: &Ground) -> f64 {
-    DVec3::from(plane.normal).angle_between(DVec3::from(ground.plane.normal))
+    plane.tilt_to(&ground.plane) <= AGREED * ground.tilt_deviation(body.surface.extent())
 }
 
 /// How far a plane at rest may be from where its points show it, for a body whose lowest sample is at a height

@@ -30,17 +30,24 @@ impl Ground {
 }
 
 /// Planes in which many of some points at rest lie to within `tolerance`, the most populated first, with
-/// their normals to the side of `above`. The draws are the same for every call.
+/// their normals to the side of `above`; after the first six only those of other surfaces, since a thick layer
+/// holds many. The draws are the same for every call.
 #[must_use]
 pub fn planes(points: &[[f64; 3]], above: [f64; 3], tolerance: f64) -> Vec<Ground> {
     let mut left: Vec<DVec3> = points.iter().map(|point| DVec3::from(*point)).collect();
     let mut stream = stream(0, "planes of points at rest", 0);
-    let mut found = Vec::new();
-    while found.len() < MOST_PLANES && left.len() >= FEWEST_OF_PLANE {
+    let mut found: Vec<Ground> = Vec::new();
+    for _ in 0..2 * MOST_PLANES {
+        if left.len() < FEWEST_OF_PLANE {
+            break;
+        }
         let Some(plane) = drawn(&left, tolerance, &mut stream) else { break };
         let Some((ground, inside)) = refined(&left, plane, above, tolerance) else { break };
         left = left.into_iter().zip(inside).filter(|(_, inside)| !inside).map(|(point, _)| point).collect();
-        found.push(ground);
+        let is_other = |other: &Ground| other.plane.is_of_other_surface(&ground.plane);
+        if found.len() < MOST_PLANES || found.iter().all(is_other) {
+            found.push(ground);
+        }
     }
     found
 }

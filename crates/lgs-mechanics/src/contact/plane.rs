@@ -1,7 +1,7 @@
 //! Planes, given or fitted.
 
 use crate::error::MechanicsError;
-use crate::thresholds::{ALONG_A_LINE, UNIT_TOLERANCE};
+use crate::thresholds::{ALONG_A_LINE, OTHER_SURFACE, UNIT_TOLERANCE};
 use glam::DVec3;
 use lgs_core::geometry::{outer, principal_axes};
 use serde::{Deserialize, Serialize};
@@ -21,6 +21,19 @@ impl Plane {
     #[must_use]
     pub fn height(&self, point: DVec3) -> f64 {
         DVec3::from(self.normal).dot(point) - self.offset
+    }
+
+    /// Angle between the normals of two planes, radians.
+    #[must_use]
+    pub fn tilt_to(&self, other: &Self) -> f64 {
+        DVec3::from(self.normal).angle_between(DVec3::from(other.normal))
+    }
+
+    /// Whether two planes of points at rest are those of two surfaces: a thick layer holds many planes, but of
+    /// smaller tilts.
+    #[must_use]
+    pub fn is_of_other_surface(&self, other: &Self) -> bool {
+        self.tilt_to(other) > OTHER_SURFACE
     }
 
     /// The plane after small turns about a point of it, by the two `tilts` across its normal (radians), and a

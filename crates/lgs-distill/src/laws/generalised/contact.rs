@@ -7,14 +7,15 @@ use super::observed::{ObservedPoses, mean_pose};
 use crate::motion::pose::Pose;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{
-    CENTER_COEFFICIENTS, EXPECTED_TIMES, JUDGED_WINDOWS, LIGHTEST, NEAR, NEAR_PATH, STILL, WITHIN_REACH,
+    CENTER_COEFFICIENTS, EXPECTED_TIMES, JUDGED_WINDOWS, LIGHTEST, MOST_WALLS_AHEAD, NEAR, NEAR_PATH, STILL,
+    WITHIN_REACH,
 };
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
 use lgs_mechanics::contact::{Contact, Ground, Surface, planes};
-use lgs_mechanics::coordinates::{Ball, Coordinates, Port};
+use lgs_mechanics::coordinates::{Ball, Coordinates, Port, State};
 use lgs_mechanics::fit::Fitted;
 use lgs_mechanics::{Candidate, Edit, System};
 
@@ -29,24 +30,37 @@ pub(super) struct Impacted {
 }
 
 /// The likeliest law through the impacts of a body's track; `None` where there is no impact or no such law.
+/// Errors of a size (world units) that change slowly are allowed for where there is no law without.
 /// The centre of mass is that of a ball, else that of the particles, or the point that flies along a parabola
 /// where the flight says so.
 pub(super) fn through_impacts(
     observed: &ObservedPoses,
     motion: &SharedMotion,
     surroundings: Surroundings<'_>,
+    slow_error: f64,
+) -> Option<Impacted> {
+    let within = |slow: f64| within((observed, observed.least(slow)), motion, surroundings);
+    within(0.0).or_else(|| if slow_error > 0.0 { within(slow_error) } else { None })
+}
+
+/// The same for poses that are known no better than by some standard deviations.
+fn within(
+    (observed, least): (&ObservedPoses, [f64; 2]),
+    motion: &SharedMotion,
+    surroundings: Surroundings<'_>,
 ) -> Option<Impacted> {
     let first = &observed.poses[0];
     let whole = surface(motion, first, &first.shift.to_array());
     let ball = (whole.radius > 0.0).then(|| first.linear.transpose() * DVec3::from(whole.points[0]));
-    let found = about(ball.unwrap_or_default(), observed, motion, surroundings)?;
+    let about = |center: DVec3| about(center, (observed, least), motion, surroundings);
+    let found = about(ball.unwrap_or_default())?;
     if ball.is_some() || found.bounced.chi_square <= DESCRIBED {
         return Some(found);
     }
     let flight = found.bounced.free.clone();
     let center =
         center_of_mass(&observed.poses[flight.clone()], &observed.times[flight], CENTER_COEFFICIENTS[1]);
-    let other = center.and_then(|center| about(center, observed, motion, surroundings));
+    let other = center.and_then(about);
     let more = penalty(3.0, 6 * observed.times.len());
     Some(other.filter(|other| other.bounced.evidence() + more < found.bounced.evidence()).unwrap_or(found))
 }
@@ -54,7 +68,7 @@ pub(super) fn through_impacts(
 /// The same for a body with its centre of mass at a point of the shape.
 fn about(
     middle: DVec3,
-    observed: &ObservedPoses,
+    (observed, least): (&ObservedPoses, [f64; 2]),
     motion: &SharedMotion,
     surroundings: Surroundings<'_>,
 ) -> Option<Impacted> {
@@ -72,7 +86,8 @@ fn about(
         is_shell: turns,
         coordinates,
     };
-    let bounced = explain(&body, &Observed { times: &observed.times, x: &x, least: observed.least() })?;
+    let bounced = explain(&body, &Observed { times: &observed.times, x: &x, least })?;
+    let bounced = with_walls_ahead(bounced, [observed.times[0], motion.duration()], surroundings);
     Some(Impacted { bounced, middle })
 }
 
@@ -163,28 +178,61 @@ pub(super) fn expected(
     let times: Vec<f64> = (0..=EXPECTED_TIMES).map(|k| until * k as f64 / EXPECTED_TIMES as f64).collect();
     let states = System::new(&fitted.law, Edit::NONE).states(&fitted.start, &times).ok()?;
     let surface = surface(motion, base, &fitted.start.x);
-    let path: Vec<DVec3> = states.iter().map(|state| center(&state.x)).collect();
     let clear = times.iter().filter(|time| **time <= window).count();
-    let mut first: Option<(usize, Ground)> = None;
-    for ground in grounds(surroundings, &path, surface.extent()) {
-        let contact = Contact::of(ground.plane, &surface, 0.0);
-        let gaps: Vec<f64> = states.iter().map(|state| contact.gap(&state.x)).collect();
-        let near = NEAR * surface.extent();
-        let Some(touch) = gaps.iter().position(|gap| *gap <= near) else { continue };
-        let goes_through = gaps[touch..].iter().any(|gap| *gap < -near);
-        let is_there = is_within_reach(surroundings, &ground, path[touch], surface.extent());
-        if touch >= clear
-            && goes_through
-            && is_there
-            && first.as_ref().is_none_or(|(other, _)| touch < *other)
-        {
-            first = Some((touch, ground));
-        }
-    }
-    let (_, ground) = first?;
+    let ground = first_met((&states, clear), &surface, surroundings, &|_| true)?;
     let speed = Contact::resting_speed(acceleration(fitted), NEAR * surface.extent());
     let contact = Contact::expected(ground.plane, &surface, speed);
-    Some(Bounced::expecting(fitted, contact, &ground, [0.0, window]))
+    let bounced = Bounced::expecting(fitted, contact, &ground, [0.0, window]);
+    Some(with_walls_ahead(bounced, [0.0, window], surroundings))
+}
+
+/// A law with its contact, and with the further planes at rest that its motion would go through within the times
+/// that a scene is asked for; `first` and `window` are the first time of the track and its duration.
+fn with_walls_ahead(
+    mut bounced: Bounced,
+    [first, window]: [f64; 2],
+    surroundings: Surroundings<'_>,
+) -> Bounced {
+    let time = |k: usize| first + JUDGED_WINDOWS[1] * window * k as f64 / EXPECTED_TIMES as f64;
+    let times: Vec<f64> = (0..=EXPECTED_TIMES).map(time).collect();
+    let clear = times.iter().filter(|time| **time <= first + window).count();
+    for _ in 0..MOST_WALLS_AHEAD {
+        let next = || {
+            let contact = bounced.law.contact.as_ref()?;
+            let states = bounced.states(&times).ok()?;
+            let surface = Surface { points: contact.points.clone(), radius: contact.radius };
+            let is_another =
+                |ground: &Ground| contact.planes().all(|plane| plane.is_of_other_surface(&ground.plane));
+            first_met((&states, clear), &surface, surroundings, &is_another)
+        };
+        let Some(ground) = next() else { break };
+        bounced = bounced.with_wall(&ground);
+    }
+    bounced
+}
+
+/// Of the planes at rest that a motion goes through, and of which the body keeps clear in its first states, the one
+/// that it meets first.
+fn first_met(
+    (states, clear): (&[State], usize),
+    surface: &Surface,
+    surroundings: Surroundings<'_>,
+    is_asked: &dyn Fn(&Ground) -> bool,
+) -> Option<Ground> {
+    let extent = surface.extent();
+    let path: Vec<DVec3> = states.iter().map(|state| center(&state.x)).collect();
+    let near = NEAR * extent;
+    let touch = |ground: &Ground| {
+        let contact = Contact::of(ground.plane, surface, 0.0);
+        let gaps: Vec<f64> = states.iter().map(|state| contact.gap(&state.x)).collect();
+        let touch = gaps.iter().position(|gap| *gap <= near)?;
+        let goes_through = gaps[touch..].iter().any(|gap| *gap < -near);
+        let is_there = is_within_reach(surroundings, ground, path[touch], extent);
+        (touch >= clear && goes_through && is_there).then_some(touch)
+    };
+    let asked = grounds(surroundings, &path, extent).into_iter().filter(is_asked);
+    let met = asked.filter_map(|ground| Some((touch(&ground)?, ground)));
+    met.min_by_key(|(touch, _)| *touch).map(|(_, ground)| ground)
 }
 
 fn center(x: &[f64]) -> DVec3 {

@@ -110,7 +110,7 @@ fn of_body(
     let mut observed = ObservedPoses::new(motion, laws, errors.resolution);
     allow_for_joint(&mut observed, errors.slow);
     observed.slides = slides(&observed, motion, surroundings);
-    let (chosen, impacted) = smooth_and_impacted(&mut observed, motion, surroundings, errors.is_allowance);
+    let (chosen, impacted) = smooth_and_impacted(&mut observed, motion, surroundings, errors);
     tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
     if let Some(impacted) = impacted.as_ref().filter(|found| is_sure(found)) {
         return through_impacts(impacted, &observed, motion, seed);
@@ -139,11 +139,11 @@ fn smooth_and_impacted(
     observed: &mut ObservedPoses,
     motion: &SharedMotion,
     surroundings: Surroundings<'_>,
-    is_allowance: bool,
+    errors: Errors,
 ) -> (Option<Rated>, Option<Impacted>) {
     let jumps = has_impacts(motion);
     let mut chosen = None;
-    if !is_allowance {
+    if !errors.is_allowance {
         observed.is_explained = jumps;
         chosen = choose_law(observed);
         observed.is_explained = false;
@@ -153,7 +153,7 @@ fn smooth_and_impacted(
             return (if jumps { choose_law(observed) } else { chosen }, None);
         }
     }
-    let impacted = contact::through_impacts(observed, motion, surroundings);
+    let impacted = contact::through_impacts(observed, motion, surroundings, errors.slow);
     let explains = impacted.as_ref().is_some_and(|found| found.bounced.is_within_noise());
     if impacted.as_ref().is_some_and(is_sure) || (jumps && explains && chosen.is_some()) {
         return (chosen, impacted);

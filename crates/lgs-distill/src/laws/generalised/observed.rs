@@ -165,9 +165,11 @@ impl ObservedPoses {
         self.track.noise[3..].iter().map(|noise| noise.deviation).fold(0.0, f64::hypot)
     }
 
-    /// Standard deviations, of rotations (radians) and places, below which no pose is known.
-    pub(super) fn least(&self) -> [f64; 2] {
-        [self.resolution / self.radius.max(f64::MIN_POSITIVE), self.resolution]
+    /// Standard deviations, of rotations (radians) and places, below which no pose is known, with errors of a
+    /// size (world units) that change slowly.
+    pub(super) fn least(&self, slow_error: f64) -> [f64; 2] {
+        let place = self.resolution.hypot(slow_error);
+        [place / self.radius.max(f64::MIN_POSITIVE), place]
     }
 
     /// Whether the rotations leave their mean by more than `still` times their noise.
