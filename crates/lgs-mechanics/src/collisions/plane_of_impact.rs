@@ -21,13 +21,9 @@ pub(super) fn fitted_planes(
     let Some(Met { x, before, change }) = meeting(seen, law, (flights, impacts), 0) else {
         return Vec::new();
     };
-    let extent = body.surface.extent();
-    let about: [f64; 3] = std::array::from_fn(|i| x[x.len() - 3 + i]);
     let plane = |normal: DVec3, tilt: f64, least: f64| {
-        let through = Plane { normal: normal.to_array(), offset: 0.0 };
-        let offset = Contact::of(through, &body.surface, 0.0).gap(&x);
-        let contact = Contact::of(Plane { offset, ..through }, &body.surface, 0.0);
-        let freedom = Freedom { about, tilt, shift: extent, least };
+        let contact = Contact::of(plane_below(body, &x, normal), &body.surface, 0.0);
+        let freedom = Freedom { tilt, least, ..freedom_at(body, &x) };
         Hypothesis::of(Contact { origin: Origin::Fitted, ..contact }, freedom)
     };
     let field = field(law).filter(|field| field.dot(change) < 0.0);
@@ -39,6 +35,19 @@ pub(super) fn fitted_planes(
         before.is_none_or(|before| stops(before, change, normal))
     };
     level.into_iter().chain(tilted).filter(allowed).collect()
+}
+
+/// The plane with a normal that a body in a configuration touches.
+pub(super) fn plane_below(body: &Body, x: &[f64], normal: DVec3) -> Plane {
+    let through = Plane { normal: normal.to_array(), offset: 0.0 };
+    let offset = Contact::of(through, &body.surface, 0.0).gap(x);
+    Plane { offset, ..through }
+}
+
+/// How far a plane may be from the body in a configuration and from the change of velocity there.
+pub(super) fn freedom_at(body: &Body, x: &[f64]) -> Freedom {
+    let about = std::array::from_fn(|i| x[x.len() - 3 + i]);
+    Freedom { about, tilt: WIDEST_TILT, shift: body.surface.extent(), least: 0.0 }
 }
 
 /// Whether a plane at rest can change a velocity so: the body comes towards it, and leaves it no faster.

@@ -1,11 +1,11 @@
 //! Further planes at rest that the impacts of a track lie on.
 
 use super::body::{Body, Observed};
-use super::freedom::Hypothesis;
+use super::freedom::{Freedom, Hypothesis};
 use super::grounds::freedom_of;
 use super::laws::FlightLaw;
 use super::meeting::{Met, meeting};
-use super::plane_of_impact::stops;
+use super::plane_of_impact::{freedom_at, plane_below, stops};
 use crate::contact::{Contact, Ground, Impact, Plane};
 use crate::thresholds::{DEEPEST, MOST_FRICTION};
 use glam::DVec3;
@@ -29,12 +29,25 @@ pub(super) fn with_walls(
         let causes = body.grounds.iter().filter(|ground| may_cause(&ground.plane, &met, &whole.contact));
         let direction = |ground: &&Ground| DVec3::from(ground.plane.normal).dot(met.change);
         if let Some(ground) = causes.max_by(|a, b| direction(a).total_cmp(&direction(b))) {
-            let lowest = whole.contact.gap_to(&ground.plane, &met.x);
-            whole.contact.walls.push(ground.plane);
-            whole.freedoms.push(freedom_of((body, seen), ground, lowest));
+            let (plane, freedom) = wall((body, seen), ground, &met);
+            whole.contact.walls.push(plane);
+            whole.freedoms.push(freedom);
         }
     }
     (whole.freedoms.len() > hypothesis.freedoms.len()).then_some(whole)
+}
+
+/// A plane at rest that caused an impact: as its points show it or, where they fill a layer, across the change of
+/// velocity.
+fn wall((body, seen): (&Body, &Observed), ground: &Ground, met: &Met) -> (Plane, Freedom) {
+    let across = met.change.try_normalize().filter(|_| !ground.is_sharp);
+    match across {
+        Some(normal) => (plane_below(body, &met.x, normal), freedom_at(body, &met.x)),
+        None => {
+            let lowest = Contact::of(ground.plane, &body.surface, 0.0).gap(&met.x);
+            (ground.plane, freedom_of((body, seen), ground, lowest))
+        }
+    }
 }
 
 /// Whether a plane may have changed a velocity so: the body touches it there, and is pushed away from it
