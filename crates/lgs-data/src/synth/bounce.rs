@@ -6,8 +6,8 @@ use crate::thresholds::REST_FLIGHT;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-/// Free fall between impacts that reverse the velocity across floor or wall and scale it by the restitution; the
-/// velocity along them stays (no friction), and the ball keeps its orientation.
+/// Free fall between impacts that reverse the velocity across floor or wall and scale it by the restitution;
+/// the velocity along them stays (no friction), and the ball keeps its orientation.
 ///
 /// Conservative: gravity `g`. Nothing is scaled by γ: the impact is an event. Before t = 0 the ball is in the
 /// flight that it is in at t = 0: it was thrown from where the past begins.

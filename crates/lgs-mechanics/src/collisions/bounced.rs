@@ -36,8 +36,8 @@ pub struct Bounced {
     pub predicted: Vec<Vec<f64>>,
     /// Unknowns of law, contact and plane, the start left out.
     pub(super) unknowns: f64,
-    /// Covariance of start, velocity, parameters, and restitution, friction, tilts and shift of every plane, or
-    /// time and change of every impulse.
+    /// Covariance of start, velocity, parameters, and restitution, friction, tilts and shift of every plane,
+    /// or time and change of every impulse.
     pub(super) covariance: DMatrix<f64>,
     /// Points about which the planes tilt.
     pub(super) about: Vec<[f64; 3]>,

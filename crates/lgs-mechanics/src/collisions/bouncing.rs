@@ -30,8 +30,8 @@ pub(super) struct Bouncing {
 }
 
 impl Bouncing {
-    /// A motion from a start by a law with a contact, of which each plane has a freedom; `bounds` are those of
-    /// the law's parameters, and `scales` those of changes of start, velocity and parameters.
+    /// A motion from a start by a law with a contact, of which each plane has a freedom; `bounds` are those
+    /// of the law's parameters, and `scales` those of changes of start, velocity and parameters.
     pub(super) fn new(
         (law, first): (Law, State),
         (times, samples): (Vec<f64>, Samples),

@@ -29,8 +29,9 @@ fn has_its_tilt(plane: &Plane, ground: &Ground, body: &Body) -> bool {
     plane.tilt_to(&ground.plane) <= AGREED * ground.tilt_deviation(body.surface.extent())
 }
 
-/// How far a plane at rest may be from where its points show it, for a body whose lowest sample is at a height
-/// over it: a sample farther off than poses are known says that surfaces are that far from their particles.
+/// How far a plane at rest may be from where its points show it, for a body whose lowest sample is at a
+/// height over it: a sample farther off than poses are known says that surfaces are that far from their
+/// particles.
 pub(super) fn freedom_of((body, seen): (&Body, &Observed), ground: &Ground, lowest: f64) -> Freedom {
     Freedom {
         about: seen.centers()[seen.times.len() / 2],

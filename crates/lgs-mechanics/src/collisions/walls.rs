@@ -12,8 +12,8 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// A hypothesis with the planes at rest beside its own on which impacts between flights lie; `None` if all
-/// that lie on one lie on its own. What lies on none of them is left to it: only points at rest make a wall of
-/// what changes a velocity in mid-air.
+/// that lie on one lie on its own. What lies on none of them is left to it: only points at rest make a wall
+/// of what changes a velocity in mid-air.
 pub(super) fn with_walls(
     (body, seen): (&Body, &Observed),
     law: &FlightLaw,
@@ -37,8 +37,8 @@ pub(super) fn with_walls(
     (whole.freedoms.len() > hypothesis.freedoms.len()).then_some(whole)
 }
 
-/// A plane at rest that caused an impact: as its points show it or, where they fill a layer, across the change of
-/// velocity.
+/// A plane at rest that caused an impact: as its points show it or, where they fill a layer, across the
+/// change of velocity.
 fn wall((body, seen): (&Body, &Observed), ground: &Ground, met: &Met) -> (Plane, Freedom) {
     let across = met.change.try_normalize().filter(|_| !ground.is_sharp);
     match across {

@@ -92,8 +92,8 @@ impl Body {
         base + along.fold(f64::INFINITY, f64::min)
     }
 
-    /// The normal of a plane in body axes, and the height of the surface around a point at the centre: that of
-    /// others is higher by their product with the normal.
+    /// The normal of a plane in body axes, and the height of the surface around a point at the centre: that
+    /// of others is higher by their product with the normal.
     fn heights(&self, plane: &Plane, radius: f64) -> (DVec3, f64) {
         let normal = self.rotation.transpose() * DVec3::from(plane.normal);
         (normal, plane.height(self.center) - radius)

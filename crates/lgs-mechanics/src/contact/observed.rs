@@ -30,8 +30,8 @@ impl Ground {
 }
 
 /// Planes in which many of some points at rest lie to within `tolerance`, the most populated first, with
-/// their normals to the side of `above`; after the first six only those of other surfaces, since a thick layer
-/// holds many. The draws are the same for every call.
+/// their normals to the side of `above`; after the first six only those of other surfaces, since a thick
+/// layer holds many. The draws are the same for every call.
 #[must_use]
 pub fn planes(points: &[[f64; 3]], above: [f64; 3], tolerance: f64) -> Vec<Ground> {
     let mut left: Vec<DVec3> = points.iter().map(|point| DVec3::from(*point)).collect();

@@ -29,8 +29,8 @@ impl Plane {
         DVec3::from(self.normal).angle_between(DVec3::from(other.normal))
     }
 
-    /// Whether two planes of points at rest are those of two surfaces: a thick layer holds many planes, but of
-    /// smaller tilts.
+    /// Whether two planes of points at rest are those of two surfaces: a thick layer holds many planes, but
+    /// of smaller tilts.
     #[must_use]
     pub fn is_of_other_surface(&self, other: &Self) -> bool {
         self.tilt_to(other) > OTHER_SURFACE

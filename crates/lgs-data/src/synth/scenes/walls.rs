@@ -13,14 +13,14 @@ use glam::{DVec3, dvec3};
 pub(super) const ENTRIES: [Entry; 2] = [
     Entry::new(
         "wall",
-        "a ball that bounces off a floor and an upright wall; before t = 0 it is in the flight of t = 0",
-        "g 2.5 to 4, restitution 0.6 to 0.85, floor at 0.25 to 0.35, wall at 0.5 to 0.58, speed towards it 0.8 \
+        "a ball that bounces off a floor and a wall; before t = 0 it is in the flight of t = 0",
+        "g 2.5 to 4, restitution 0.6 to 0.85, floor at 0.25 to 0.35, wall at 0.5 to 0.58, speed to it 0.8 \
          to 1.2, no friction",
         one_wall,
     ),
     Entry::new(
         "corner",
-        "a ball that bounces off a floor and both walls of a corner; before t = 0 it is in the flight of t = 0",
+        "a ball that bounces off a floor and two walls; before t = 0 it is in the flight of t = 0",
         "g 2.5 to 4, restitution 0.6 to 0.85, floor at 0.25 to 0.35, walls at 0.14 to 0.18 and 0.5 to 0.58, \
          speeds towards them 0.8 to 1.2, no friction",
         corner,

@@ -186,8 +186,8 @@ pub(super) fn expected(
     Some(with_walls_ahead(bounced, [0.0, window], surroundings))
 }
 
-/// A law with its contact, and with the further planes at rest that its motion would go through within the times
-/// that a scene is asked for; `first` and `window` are the first time of the track and its duration.
+/// A law with its contact, and with the further planes at rest that its motion would go through within the
+/// times that a scene is asked for; `first` and `window` are the first time of the track and its duration.
 fn with_walls_ahead(
     mut bounced: Bounced,
     [first, window]: [f64; 2],
@@ -211,8 +211,8 @@ fn with_walls_ahead(
     bounced
 }
 
-/// Of the planes at rest that a motion goes through, and of which the body keeps clear in its first states, the one
-/// that it meets first.
+/// Of the planes at rest that a motion goes through, and of which the body keeps clear in its first states,
+/// the one that it meets first.
 fn first_met(
     (states, clear): (&[State], usize),
     surface: &Surface,
