@@ -199,7 +199,8 @@ pub(crate) const NEAR: f64 = 0.03;
 /// Mean distance between the lowest point of a body and a plane that carries it, in extents of the body: a
 /// source's points of a floor fill a layer below its surface, a third of a ball's diameter thick.
 pub(crate) const ON_PLANE: f64 = 0.3;
-/// Distance of points at rest, in extents of the body, beyond which a plane has ended.
+/// Distance of points at rest, in extents of the body, up to which a place between them belongs to their
+/// plane.
 pub(crate) const WITHIN_REACH: f64 = 1.5;
 /// Most further planes that a motion is expected to meet: those of a room.
 pub(crate) const MOST_WALLS_AHEAD: usize = 5;

@@ -15,6 +15,8 @@ struct Falling {
     noise: f32,
     /// Where a wall across the x axis stands, if there is one.
     wall: Option<f32>,
+    /// Where the floor ends along the x axis.
+    edge: f32,
 }
 
 const GRAVITY: f32 = 3.0;
@@ -45,6 +47,7 @@ impl Falling {
         let mut draws = lgs_core::stream(8, "floor", 0);
         let mut across = || draws.random_range(-1.5..1.5);
         let mut still: Vec<[f32; 3]> = (0..400).map(|_| [across(), across(), -0.3]).collect();
+        still.retain(|p| p[0] < self.edge);
         still.extend(self.wall.into_iter().flat_map(|x| [x; 400]).map(|x| [x, across(), across()]));
         let times: Vec<f32> = (0..self.samples).map(|k| 0.0125 * k as f32).collect();
         let mut draws = lgs_core::stream(9, "noise", 0);
@@ -72,7 +75,7 @@ impl Falling {
 #[test]
 fn a_ball_bounces_on_the_points_at_rest_in_every_unit() {
     for size in [0.01, 100.0] {
-        let found = Falling { size, samples: 61, noise: 0.002, wall: None }.law();
+        let found = Falling { size, samples: 61, noise: 0.002, wall: None, edge: 1.5 }.law();
         let contact = found.law.contact.as_ref().expect("a contact");
         let told = format!("{size}: {contact:?}, {:?}", found.known.verdict);
         assert_eq!(contact.origin, Origin::Observed, "{told}");
@@ -86,7 +89,7 @@ fn a_ball_bounces_on_the_points_at_rest_in_every_unit() {
 
 #[test]
 fn a_ball_that_has_met_nothing_yet_does_not_fall_through_the_floor() {
-    let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: None }.law();
+    let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: None, edge: 1.5 }.law();
     let contact = found.law.contact.as_ref().expect("a contact");
     assert!(found.law.events.is_empty() && contact.deviations[0] > 0.1, "{contact:?}");
     let last = Distilled::Generalised(Box::new(found.clone())).rolled(0.01, 2000).pop().unwrap();
@@ -99,7 +102,7 @@ fn a_ball_that_has_met_nothing_yet_does_not_fall_through_the_floor() {
 
 #[test]
 fn a_ball_stays_within_a_wall_and_a_floor_that_it_has_not_met_yet() {
-    let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: Some(0.44) }.law();
+    let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: Some(0.44), edge: 1.5 }.law();
     let contact = found.law.contact.as_ref().expect("a contact");
     assert!(found.law.events.is_empty(), "{:?}", found.law.events);
     let normals: Vec<[f64; 3]> = contact.planes().map(|plane| plane.normal).collect();
@@ -109,4 +112,14 @@ fn a_ball_stays_within_a_wall_and_a_floor_that_it_has_not_met_yet() {
         |plane: &dyn Fn(&[f32; 3]) -> f32| paths.iter().flatten().map(plane).fold(f32::INFINITY, f32::min);
     let [wall, floor] = [over(&|p| 0.44 - p[0]), over(&|p| p[2] + 0.3)];
     assert!(wall.abs() < 0.02 && floor.abs() < 0.02, "{wall} {floor}");
+}
+
+#[test]
+fn a_ball_falls_past_the_edge_of_a_floor() {
+    let lands_at = 0.3 * (2.0 * HEIGHT / GRAVITY).sqrt();
+    let contact = |edge: f32| {
+        let falling = Falling { size: 1.0, samples: 31, noise: 0.002, wall: None, edge };
+        falling.law().law.contact.is_some()
+    };
+    assert!(contact(lands_at + 0.2) && !contact(lands_at - 0.2));
 }

@@ -18,6 +18,7 @@ use lgs_mechanics::contact::{Contact, Ground, Surface, planes};
 use lgs_mechanics::coordinates::{Ball, Coordinates, Port, State};
 use lgs_mechanics::fit::Fitted;
 use lgs_mechanics::{Candidate, Edit, System};
+use std::f64::consts::{PI, TAU};
 
 /// Places of points at rest around a body.
 pub(crate) type Surroundings<'a> = &'a [[f64; 3]];
@@ -227,7 +228,7 @@ fn first_met(
         let gaps: Vec<f64> = states.iter().map(|state| contact.gap(&state.x)).collect();
         let touch = gaps.iter().position(|gap| *gap <= near)?;
         let goes_through = gaps[touch..].iter().any(|gap| *gap < -near);
-        let is_there = is_within_reach(surroundings, ground, path[touch], extent);
+        let is_there = is_covered(surroundings, ground, path[touch], extent);
         (touch >= clear && goes_through && is_there).then_some(touch)
     };
     let asked = grounds(surroundings, &path, extent).into_iter().filter(is_asked);
@@ -239,13 +240,22 @@ fn center(x: &[f64]) -> DVec3 {
     DVec3::from_slice(&x[x.len() - 3..])
 }
 
-/// Whether points of a plane lie below a place: beyond its edge nothing stops a body.
-fn is_within_reach(surroundings: Surroundings<'_>, ground: &Ground, place: DVec3, extent: f64) -> bool {
-    let height = ground.plane.height(place);
-    let below = place - DVec3::from(ground.plane.normal) * height;
-    surroundings.iter().map(|point| DVec3::from(*point)).any(|point| {
-        point.distance(below) <= WITHIN_REACH * extent && ground.plane.height(point).abs() <= NEAR * extent
-    })
+/// Whether a place lies between points of a plane near it, so that no half of the plane about it is empty:
+/// beyond an edge nothing stops a body.
+fn is_covered(surroundings: Surroundings<'_>, ground: &Ground, place: DVec3, extent: f64) -> bool {
+    let normal = DVec3::from(ground.plane.normal);
+    let below = place - normal * ground.plane.height(place);
+    let (east, north) = normal.any_orthonormal_pair();
+    let is_near = |point: &DVec3| {
+        point.distance(below) <= WITHIN_REACH * extent && ground.plane.height(*point).abs() <= NEAR * extent
+    };
+    let angle = |point: DVec3| (point - below).dot(north).atan2((point - below).dot(east));
+    let points = surroundings.iter().map(|point| DVec3::from(*point)).filter(is_near);
+    let mut angles: Vec<f64> = points.map(angle).collect();
+    angles.sort_by(f64::total_cmp);
+    let Some(around) = angles.first().map(|first| first + TAU) else { return false };
+    let next = angles.iter().skip(1).chain([&around]);
+    angles.iter().zip(next).all(|(angle, next)| next - angle < PI)
 }
 
 /// Size of the acceleration at the start.
