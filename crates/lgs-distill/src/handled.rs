@@ -53,7 +53,7 @@ fn flight_laws(
     let Some(laws) = laws(config) else { return PartLaws::default() };
     let (times, slack) = (&trajectories.times, 0.5 * trajectories.dt());
     let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    let search = PartSearch { laws, resolution, slow_error: 0.0, seed };
+    let search = PartSearch { laws, resolution, slow_error: 0.0, impacts: &[], seed };
     let samples = |&[first, last]: &[f32; 2]| -> Range<usize> {
         times.partition_point(|t| *t < first - slack)..times.partition_point(|t| *t <= last + slack)
     };

@@ -18,9 +18,9 @@ use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
 use glam::DVec3;
 use lgs_dynamics::ForceKind;
-use lgs_mechanics::TRUSTED_FRACTION;
 use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::Bodies;
+use lgs_mechanics::{Law, TRUSTED_FRACTION};
 
 /// Finds the dynamics behind an object's trajectories: a law in generalised coordinates if one describes its
 /// motion, else a system of particles; or the paper's networks, if the configuration asks for them.
@@ -84,7 +84,8 @@ impl Prepared {
             let is_rigid = motion.kind == PoseKind::Rigid;
             if !law.as_ref().is_some_and(|law| will_do(law)) && is_rigid && !is_from_images {
                 let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-                **parts = parts_of(motion, [resolution, 0.0], config, seed);
+                let impacts = law.as_ref().map_or_else(Vec::new, |law| known_impacts(&law.law, &law.known));
+                **parts = parts_of(motion, &impacts, [resolution, 0.0], config, seed);
             }
         }
     }
@@ -126,16 +127,26 @@ impl PartLaws {
     }
 }
 
+/// Times of the impacts that a law tells of, if it describes the motion.
+#[must_use]
+pub fn known_impacts(law: &Law, known: &Known) -> Vec<f64> {
+    if known.verdict == Verdict::Outside {
+        return Vec::new();
+    }
+    law.events.iter().map(|event| event.time).collect()
+}
+
 /// Laws of parts of the window that explain these, where the source does not resolve a length, and errs
 /// slowly by another one.
 pub(crate) fn parts_of(
     motion: &SharedMotion,
+    impacts: &[f64],
     [resolution, slow_error]: [f64; 2],
     config: &DistillConfig,
     seed: u64,
 ) -> PartLaws {
     let Some(laws) = laws(config) else { return PartLaws::default() };
-    let search = PartSearch { laws, resolution, slow_error, seed };
+    let search = PartSearch { laws, resolution, slow_error, impacts, seed };
     let told = |part: PartOfWindow| {
         let PartOfWindow { samples, law: GeneralisedLaw { law, start, known, .. } } = part;
         tracing::debug!(?samples, ?law, "a law of a part of the window");

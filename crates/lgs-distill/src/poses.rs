@@ -90,13 +90,19 @@ fn distilled(found: GeneralisedLaw, bodies: &[&Observed], config: &DistillConfig
 }
 
 /// Laws that explain parts of the window, of the poses of a rigid body that no law of all of it explains.
+/// No part holds one of the known impacts, given by their times.
 #[must_use]
-pub fn part_laws_of_poses(observed: BodyPoses, config: &DistillConfig, seed: u64) -> PartLaws {
+pub fn part_laws_of_poses(
+    observed: BodyPoses,
+    impacts: &[f64],
+    config: &DistillConfig,
+    seed: u64,
+) -> PartLaws {
     if observed.deforms {
         return PartLaws::default();
     }
     let slow_error = observed.slow_error;
-    parts_of(&observed.into_motion(), [0.0, slow_error], config, seed)
+    parts_of(&observed.into_motion(), impacts, [0.0, slow_error], config, seed)
 }
 
 impl BodyPoses {

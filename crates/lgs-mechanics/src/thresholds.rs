@@ -185,6 +185,8 @@ pub(crate) const MOST_CARRYING: usize = 4;
 pub(crate) const SWEEPS: usize = 200;
 /// Change of the impulses, relative to their sum, at which they count as found.
 pub(crate) const SOLVED_IMPULSE: f64 = 1e-12;
+/// Rounding of the velocity of a contact point, relative to it: some operations of double precision.
+pub(crate) const ROUNDING_OF_VELOCITY: f64 = 16.0 * f64::EPSILON;
 /// Parts of a step near the plane: a point that closes slowly is held to an eighth of what it moves in a
 /// step.
 pub(crate) const CONTACT_PARTS: usize = 8;

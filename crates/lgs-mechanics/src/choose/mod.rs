@@ -141,12 +141,13 @@ fn unknowns(candidate: &Candidate) -> usize {
 }
 
 fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effort) -> Option<Fitted> {
-    let settings = Settings::default();
+    let samples = track.independent_samples();
+    let settings = Settings { useful: DESCRIBED * samples, ..Settings::default() };
     let begin = &track.smooth[0].0;
-    let good = explained(track.independent_samples(), unknowns(candidate));
+    let good = explained(samples, unknowns(candidate));
     let mut best: Option<Fitted> = None;
     let shots = if effort == Effort::Full { SHOTS } else { 1 };
-    let most = FAR.powi(2) * track.independent_samples();
+    let most = FAR.powi(2) * samples;
     for first in first_values(candidate, track, scales, shots) {
         let near = match effort {
             Effort::Full => approach(candidate, track, scales, (&first, most)),

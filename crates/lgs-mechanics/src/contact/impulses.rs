@@ -3,7 +3,7 @@
 use super::plane::Plane;
 use super::surfaces::Contact;
 use crate::coordinates::State;
-use crate::thresholds::{SOLVED_IMPULSE, SWEEPS};
+use crate::thresholds::{ROUNDING_OF_VELOCITY, SOLVED_IMPULSE, SWEEPS};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 
@@ -181,6 +181,9 @@ pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
     let mobility = body.mobility();
     let response = |touch: &Touch| mobility.response(touch.arm, touch.plane_normal);
     let responses: Vec<f64> = touches.iter().map(response).collect();
+    let reach = touches.iter().map(|touch| touch.arm.length()).fold(0.0, f64::max);
+    // Impulses of a short step are small against the velocities, which are known no better than this.
+    let rounding = ROUNDING_OF_VELOCITY * touches.len() as f64 * body.fastest(reach);
     for _ in 0..SWEEPS {
         let (mut change, mut sum) = (0.0, 0.0);
         for (touch, response) in touches.iter_mut().zip(&responses) {
@@ -202,7 +205,7 @@ pub(crate) fn solve(body: &mut Body, touches: &mut [Touch], contact: &Contact) {
             change += by.abs() + turned.length();
             sum += push;
         }
-        if change <= SOLVED_IMPULSE * sum {
+        if change <= SOLVED_IMPULSE * sum + rounding {
             break;
         }
     }

@@ -61,13 +61,16 @@ pub struct Settings {
     /// The search ends when a step lowers the loss by less than this, in units of χ², or when several steps
     /// after each other lower it by less than a ten-thousandth of itself.
     pub tolerance: f64,
+    /// Loss above which a minimum is of no use: the search also ends when several steps after each other are
+    /// so short that as many as are left would not lead below it; infinite where every minimum is of use.
+    pub useful: f64,
 }
 
 impl Default for Settings {
     /// At 4 standard deviations Huber’s loss keeps all but one in 16 000 samples of normal noise as they are;
     /// a change of χ² by 0.001 is far below what a choice between laws can see.
     fn default() -> Self {
-        Self { iterations: 40, threshold: 4.0, tolerance: 1e-3 }
+        Self { iterations: 40, threshold: 4.0, tolerance: 1e-3, useful: f64::INFINITY }
     }
 }
 
@@ -150,7 +153,7 @@ pub fn minimise(problem: &dyn Problem, start: &[f64], settings: &Settings) -> Op
     let mut linear = problem.linearised(&values)?;
     let mut loss = loss_of(&linear.0, settings.threshold);
     let (mut damping, mut slow) = (1e-3, 0);
-    for _ in 0..settings.iterations {
+    for left in (0..settings.iterations).rev() {
         let (matrix, gradient) = normal_equations(&linear, unknowns, settings.threshold);
         let held = held(&values, &gradient, unknowns);
         let mut next = None;
@@ -165,7 +168,8 @@ pub fn minimise(problem: &dyn Problem, start: &[f64], settings: &Settings) -> Op
         (values, loss) = (better, better_loss);
         linear = problem.linearised(&values)?;
         damping = damping.max(1e-12);
-        slow = if gain < LEAST_GAIN * loss { slow + 1 } else { 0 };
+        let is_slow = gain < LEAST_GAIN * loss || gain * (left as f64) < loss - settings.useful;
+        slow = if is_slow { slow + 1 } else { 0 };
         if gain < settings.tolerance || slow == SLOW_STEPS {
             break;
         }

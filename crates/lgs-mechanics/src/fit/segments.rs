@@ -143,13 +143,13 @@ impl Problem for Segments<'_> {
     }
 }
 
-/// Parameters and loss of a fit in segments that begin on the smooth path; `None` if no motion could be
-/// followed.
+/// Parameters and loss of a fit in segments that begin on the smooth path, which is of use below a loss;
+/// `None` if no motion could be followed.
 pub(super) fn in_segments(
     candidate: &Candidate,
     track: &Track,
     scales: &Scales,
-    (parameters, count): (&[f64], usize),
+    (parameters, count, most): (&[f64], usize, f64),
     starts: Option<&[State]>,
 ) -> Option<(f64, Vec<f64>, Vec<State>)> {
     let samples = track.times.len();
@@ -158,7 +158,8 @@ pub(super) fn in_segments(
     let smooth: Vec<State> = tracks.iter().map(|part| part.smooth[0].0.clone()).collect();
     let mut segments = Segments::new(candidate, &tracks, scales, starts.unwrap_or(&smooth));
     let values = segments.values(parameters);
-    let minimum = segments.minimise(&values, &Settings { iterations: 15, ..Settings::default() }, COARSE)?;
+    let settings = Settings { iterations: 15, useful: most, ..Settings::default() };
+    let minimum = segments.minimise(&values, &settings, COARSE)?;
     let parameters = segments.parameters(&minimum.values).to_vec();
     Some((minimum.loss, parameters, segments.starts(&minimum.values)))
 }
@@ -175,7 +176,7 @@ pub fn approach(
     let mut parameters = parameters.to_vec();
     let mut starts: Option<Vec<State>> = None;
     for count in SEGMENTS {
-        let found = in_segments(candidate, track, scales, (&parameters, count), starts.as_deref())?;
+        let found = in_segments(candidate, track, scales, (&parameters, count, most), starts.as_deref())?;
         if found.0 > most {
             return None;
         }

@@ -95,7 +95,8 @@ fn improved(candidate: &Candidate, track: &Track, scales: &Scales, from: Regress
     let unknowns: Vec<Unknown> = indices.iter().map(unknown).collect();
     let values: Vec<f64> = indices.iter().map(|&i| from.parameters[i]).collect();
     // What is left is relative to the forces: a change by a millionth is below any noise.
-    let settings = Settings { iterations: 12, threshold: f64::INFINITY, tolerance: 1e-6 };
+    let settings =
+        Settings { iterations: 12, threshold: f64::INFINITY, tolerance: 1e-6, ..Settings::default() };
     let problem = Places { candidate, track, parameters: &from.parameters, indices, unknowns };
     let minimum = minimise(&problem, &values, &settings);
     let better = minimum.and_then(|m| problem.regress(&m.values)).filter(|r| r.left < from.left);

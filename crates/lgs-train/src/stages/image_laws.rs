@@ -3,7 +3,7 @@
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
 use lgs_data::dataset::Frame;
-use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, law_of_poses, part_laws_of_poses};
+use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, known_impacts, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::bands::Verdict;
 use lgs_model::LagrangianScene;
 use rayon::prelude::*;
@@ -100,14 +100,16 @@ impl Offer {
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
         let law = found.filter(|law| has_law(own) || law.known.verdict != Verdict::Outside);
-        let known = law.as_ref().map(|law| &law.known).or(own_law(own).map(|own| &own.known));
+        let of_own = || own_law(own).map(|own| (&own.law, &own.known));
+        let known = law.as_ref().map(|law| (&law.law, &law.known)).or_else(of_own);
         let is_trusted = |body: &BodyPoses| {
             let end = body.times.last().copied().unwrap_or_default();
-            known.is_some_and(|known| known.trusted[1] > end)
+            known.is_some_and(|(_, known)| known.trusted[1] > end)
         };
         let parts = single.filter(|body| !is_trusted(body)).and_then(|body| {
-            let parts = part_laws_of_poses(body.clone(), config, seed);
-            let is_better = known.is_none_or(|known| parts.forecast_better(known));
+            let impacts = known.map_or_else(Vec::new, |(law, known)| known_impacts(law, known));
+            let parts = part_laws_of_poses(body.clone(), &impacts, config, seed);
+            let is_better = known.is_none_or(|(_, known)| parts.forecast_better(known));
             (!parts.is_empty() && is_better).then_some((parts, body))
         });
         Self { object, law: law.filter(|_| parts.is_none()), parts }

@@ -22,17 +22,19 @@ pub(crate) struct PartOfWindow {
 
 /// How laws of parts are sought.
 #[derive(Clone, Copy)]
-pub(crate) struct PartSearch {
+pub(crate) struct PartSearch<'a> {
     /// Which laws are admitted.
     pub(crate) laws: Laws,
     /// Length that the source of the tracks does not resolve, world units.
     pub(crate) resolution: f64,
     /// Size of errors that neighbouring poses have in common, world units.
     pub(crate) slow_error: f64,
+    /// Times at which the velocity is known to change suddenly: no smooth law is of a part that holds one.
+    pub(crate) impacts: &'a [f64],
     pub(crate) seed: u64,
 }
 
-impl PartSearch {
+impl PartSearch<'_> {
     /// The law of a part at the end of the window that forecasts thirds of its part best, among those that
     /// explain theirs.
     pub(crate) fn last(&self, motion: &SharedMotion) -> Option<PartOfWindow> {
@@ -66,6 +68,10 @@ impl PartSearch {
         let counts = PART_SHARES.map(|share| (motion.times.len() as f64 * share).round() as usize);
         let of_count = |count: usize| {
             let samples = part(count);
+            let during = motion.times[samples.start]..motion.times[samples.end - 1];
+            if self.impacts.iter().any(|time| during.contains(time)) {
+                return None;
+            }
             let part = motion.part(samples.clone());
             let law = self.law(&part).filter(|law| explains(law, part.duration()))?;
             Some(PartOfWindow { samples, law })

@@ -152,7 +152,7 @@ fn what_is_let_go_in_the_window_has_a_law_of_its_end_and_what_is_grabbed_one_of_
     let swing = |t: f64| DVec3::new((9.0 * t).sin(), (7.0 * t).cos() - 1.0, (11.0 * t).sin()) * 0.2;
     let fall = |t: f64| -1.5 * t * t * DVec3::Z;
     let released = motion(|t| at(swing(t.min(0.3)) + fall((t - 0.3).max(0.0)) + noise(t)));
-    let search = PartSearch { laws: Laws::All, resolution: 1e-4, slow_error: 0.0, seed: 1 };
+    let search = PartSearch { laws: Laws::All, resolution: 1e-4, slow_error: 0.0, impacts: &[], seed: 1 };
     let last = search.last(&released).expect("a law of the end");
     assert!(last.samples.end == SAMPLES && times()[last.samples.start] > 0.29, "{:?}", last.samples);
     let terms = |law: &Law| law.terms.iter().map(|term| term.kind.name()).collect::<Vec<_>>();
