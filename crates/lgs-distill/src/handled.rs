@@ -20,7 +20,7 @@ use crate::trajectories::Trajectories;
 #[must_use]
 pub fn is_handled(flights: &[[f32; 2]], [first, last]: [f32; 2]) -> bool {
     let longest = flights.iter().map(|flight| flight[1] - flight[0]).fold(0.0, f32::max);
-    f64::from(longest) < PART_SHARES[0] * f64::from(last - first)
+    f64::from(longest) < PART_SHARES[PART_SHARES.len() - 1] * f64::from(last - first)
 }
 
 /// Finds the dynamics behind the trajectories of a thing that is handled, given first and last time of each

@@ -144,9 +144,9 @@ pub(crate) const DRAWN_LAWS: usize = 32;
 /// Draws by which the error of a blocked forecast is expected: known to a tenth, which decides at three
 /// deviations.
 pub(crate) const FORECAST_DRAWS: usize = 48;
-/// Shares of the window at either end whose law is sought where none explains all of it, the longest first:
+/// Shares of the window at either end whose law is sought where none explains all of it, the shortest first:
 /// what is let go late shows too little to forecast more than its own length.
-pub(crate) const PART_SHARES: [f64; 3] = [0.75, 0.5, 1.0 / 3.0];
+pub(crate) const PART_SHARES: [f64; 3] = [1.0 / 3.0, 0.5, 0.75];
 /// Length before such a part, in its own, over which a law of the beginning has to be trusted: that which a
 /// law has to be trusted beyond a window's end to explain it.
 pub(crate) const BACKWARD: f64 = 0.5;

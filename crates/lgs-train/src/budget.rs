@@ -1,51 +1,25 @@
 //! A time budget, and the paces at which stages go through their schedules to keep to it.
 //!
 //! Every stage that follows a [`Clock`] gets a deadline: a part of the time that is left when it begins, less
-//! what the last choice of laws is going to take. From
-//! then on its schedule runs with time: about once a second the pace is set such that the schedule ends at
-//! the deadline if steps go on taking as long as the last ones did, of which the newer count more. All paces
-//! are recorded in `schedule.json`, by the step from which they hold. A run that is resumed follows the
-//! record as far as it goes, so it repeats what was done exactly, whatever the machine does; beyond, it looks
-//! at the time again.
+//! what the choices of laws that come after it are going to take. From then on its schedule runs with time:
+//! about once a second the pace is set such that the schedule ends at the deadline if steps go on taking as
+//! long as the last ones did, of which the newer count more. All paces are recorded in `schedule.json`, by
+//! the step from which they hold. A run that is resumed follows the record as far as it goes, so it repeats
+//! what was done exactly, whatever the machine does; beyond, it looks at the time again.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lgs_data::files::{FileError, write_atomically};
-use serde::{Deserialize, Serialize};
 
 use crate::checkpoint::Stage;
 use crate::clock::Clock;
 use crate::config::LastStage;
 use crate::error::TrainError;
+use crate::schedule::{Pace, Schedule, read_schedule};
 use crate::thresholds::{
     LAST_STAGE_SHARE, NEWEST_WEIGHT, PACE_SECS, PACE_STEPS, REFINEMENT_SHARE, SLOWEST_PACE, SOURCE_SHARE,
 };
-
-/// A pace that holds from a step of a stage on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pace {
-    /// Name of the stage.
-    pub stage: String,
-    /// Steps of the stage taken before.
-    pub step: usize,
-    /// Steps of the schedule that a step covers.
-    pub pace: f64,
-}
-
-/// The contents of `schedule.json`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Schedule {
-    /// Seconds that training has used.
-    pub used_secs: f64,
-    /// Seconds that the fit of the dynamics has taken.
-    #[serde(default)]
-    pub fit_secs: f64,
-    /// Paces in the order in which they were set.
-    pub paces: Vec<Pace>,
-}
 
 /// The time that a run has, and what became of it.
 pub(crate) struct Budget {
@@ -106,17 +80,28 @@ impl Budget {
         self.current = Some(Current { stage, begun: used, deadline, since: used, steps: 0, step_secs: None });
     }
 
-    /// Seconds to be kept for what follows a stage at no pace: laws are chosen once more after the last
-    /// stage, which takes about as long as the fit of the dynamics did.
+    /// Seconds to be kept for what follows a stage at no pace: laws are chosen by the images before and after
+    /// the last stage, each time for about as long as they were sought in the tracks.
     fn reserve(&self, stage: Stage) -> f64 {
-        if stage == Stage::TuneGaussians { self.schedule.fit_secs } else { 0.0 }
+        match stage {
+            Stage::RefineGaussians => 2.0 * self.schedule.distill_secs,
+            Stage::TuneGaussians | Stage::RetuneGaussians => self.schedule.fit_secs,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether anything is left for a stage beside what has to be kept for those after it.
+    pub(crate) fn has_time_for(&self, stage: Stage) -> bool {
+        self.left() > self.reserve(stage)
     }
 
     /// A stage ends.
     pub(crate) fn end(&mut self) {
         let used = self.used();
-        if let Some(current) = self.current.take().filter(|current| current.stage == Stage::FitDynamics) {
-            self.schedule.fit_secs = used - current.begun;
+        match self.current.take() {
+            Some(Current { stage: Stage::Distill, begun, .. }) => self.schedule.distill_secs = used - begun,
+            Some(Current { stage: Stage::FitDynamics, begun, .. }) => self.schedule.fit_secs = used - begun,
+            _ => {}
         }
     }
 
@@ -154,14 +139,6 @@ impl Budget {
     }
 }
 
-impl Pace {
-    /// Stage and step in the order of training; an unknown stage is before all.
-    fn place(&self) -> (usize, usize) {
-        let stage = Stage::ALL.into_iter().find(|stage| stage.name() == self.stage);
-        (stage.map_or(0, Stage::index), self.step)
-    }
-}
-
 impl Current {
     /// Steps are timed from now on.
     fn measure_from(&mut self, used: f64) {
@@ -192,23 +169,6 @@ fn share(stage: Stage, last: LastStage) -> f64 {
         (Stage::RefineGaussians, _) => REFINEMENT_SHARE,
         _ => LAST_STAGE_SHARE,
     }
-}
-
-/// Reads `schedule.json`.
-///
-/// # Errors
-/// If it cannot be read, or holds something else.
-pub fn read_schedule(path: &Path) -> Result<Schedule, TrainError> {
-    let text = std::fs::read(path).map_err(|e| FileError::new("read file", path, e))?;
-    let schedule: Schedule =
-        serde_json::from_slice(&text).map_err(|e| FileError::new("read file", path, e.into()))?;
-    let is_sound =
-        schedule.used_secs >= 0.0 && schedule.fit_secs >= 0.0 && schedule.paces.iter().all(|p| p.pace > 0.0);
-    if is_sound {
-        return Ok(schedule);
-    }
-    let reason = std::io::Error::other("paces have to be positive, and times not negative");
-    Err(FileError::new("read file", path, reason).into())
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! The crate prints nothing: progress goes to a callback, the training curve to `events.jsonl`.
 
 mod adam;
-pub mod budget;
+mod budget;
 pub mod cameras;
 pub mod checkpoint;
 mod clock;
@@ -28,6 +28,7 @@ mod pipeline;
 mod preset;
 mod resolve;
 mod run_folder;
+pub mod schedule;
 pub mod source;
 pub mod stages;
 mod thresholds;

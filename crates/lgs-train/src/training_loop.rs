@@ -68,7 +68,7 @@ impl TrainingLoop<'_> {
         self.save(trainer, &mut reader)
     }
 
-    fn with_budget(&self, act: impl FnOnce(&mut Budget)) {
+    pub(crate) fn with_budget(&self, act: impl FnOnce(&mut Budget)) {
         if let Some(budget) = self.budget {
             act(&mut budget.borrow_mut());
         }

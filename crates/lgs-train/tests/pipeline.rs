@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_model::source::{SourceKind, load_source};
-use lgs_train::budget::read_schedule;
+use lgs_train::schedule::read_schedule;
 use lgs_train::source::SourceTrainer;
 use lgs_train::{
     Control, DeviceName, Preset, Progress, RunFolder, Stage, TrainConfig, TrainError, Trained, Trainer, train,

@@ -148,7 +148,7 @@ impl Pipeline<'_> {
             if stage == Stage::RetuneGaussians && stage > reached {
                 let settled = self.settled(scene, source)?;
                 scene = settled.held.scene;
-                if !settled.needs_retuning {
+                if !(settled.needs_retuning && self.has_time_for(stage)) {
                     warn_of(&settled.held.worse);
                     continue;
                 }
@@ -163,6 +163,11 @@ impl Pipeline<'_> {
             }
         }
         Ok(scene)
+    }
+
+    /// Whether the budget, if there is one, leaves time for a stage.
+    fn has_time_for(&self, stage: Stage) -> bool {
+        self.budget.as_ref().is_none_or(|budget| budget.borrow().has_time_for(stage))
     }
 
     fn fit_dynamics(&self, scene: LagrangianScene) -> FitDynamics<'_> {
@@ -209,6 +214,7 @@ impl Pipeline<'_> {
             device: self.device,
         };
         let gaussians = source.len();
+        self.training_loop().with_budget(|budget| budget.begin(Stage::Distill, self.config.last_stage));
         let initial = initialise_scene(source, &request, &mut |object, objects, p| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
             let loss = p.loss.unwrap_or(0.0);
@@ -216,6 +222,7 @@ impl Pipeline<'_> {
             let stage = Stage::Distill;
             (control.progress)(Progress { stage, step, steps, loss, psnr: None, gaussians, left_secs });
         })?;
+        self.training_loop().with_budget(Budget::end);
         let path = self.run.distillation_path();
         let json = serde_json::to_vec_pretty(&initial.reports)
             .map_err(|e| FileError::new("write file", &path, e.into()))?;

@@ -9,7 +9,7 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BACKWARD, FEWEST_OF_PART, PART_SHARES};
 use lgs_mechanics::FORECAST_ERROR;
 use lgs_mechanics::bands::Verdict;
-use rayon::prelude::*;
+use lgs_mechanics::choose::DESCRIBED;
 use std::ops::Range;
 
 /// A law that explains some of the samples.
@@ -62,33 +62,38 @@ impl PartSearch<'_> {
     fn best(
         &self,
         motion: &SharedMotion,
-        part: impl Fn(usize) -> Range<usize> + Sync,
-        explains: impl Fn(&GeneralisedLaw, f64) -> bool + Sync,
+        part: impl Fn(usize) -> Range<usize>,
+        explains: impl Fn(&GeneralisedLaw, f64) -> bool,
     ) -> Option<PartOfWindow> {
         let counts = PART_SHARES.map(|share| (motion.times.len() as f64 * share).round() as usize);
-        let of_count = |count: usize| {
+        let mut found: Vec<PartOfWindow> = Vec::new();
+        for count in counts.into_iter().filter(|count| *count >= FEWEST_OF_PART) {
             let samples = part(count);
             let during = motion.times[samples.start]..motion.times[samples.end - 1];
             if self.impacts.iter().any(|time| during.contains(time)) {
-                return None;
+                break;
             }
             let part = motion.part(samples.clone());
-            let law = self.law(&part).filter(|law| explains(law, part.duration()))?;
-            Some(PartOfWindow { samples, law })
-        };
-        let counts = counts.into_par_iter().filter(|count| *count >= FEWEST_OF_PART);
-        let found: Vec<PartOfWindow> = counts.filter_map(of_count).collect();
+            // No law describes a longer part where none describes this one.
+            let Some(law) = self.law(&part) else { break };
+            if explains(&law, part.duration()) {
+                found.push(PartOfWindow { samples, law });
+            }
+        }
         let error = |part: &PartOfWindow| part.law.known.forecast_error.unwrap_or(f64::INFINITY);
-        found.into_iter().min_by(|a, b| error(a).total_cmp(&error(b)))
+        found.into_iter().rev().min_by(|a, b| error(a).total_cmp(&error(b)))
     }
 
-    /// The likeliest smooth law of a motion.
+    /// The likeliest smooth law of a motion, if one describes it.
     fn law(&self, motion: &SharedMotion) -> Option<GeneralisedLaw> {
         let resolution = self.resolution.max(FORECAST_ERROR * motion.rms_displacement());
         let mut observed = ObservedPoses::new(motion, self.laws, resolution);
         let mut rated = choose_law(&observed)?;
         if observed.allow_for(self.slow_error, rated.chi_square()) {
             rated = choose_law(&observed)?;
+        }
+        if rated.chi_square() > DESCRIBED {
+            return None;
         }
         smooth(&rated, (&[motion], &[]), self.seed)
     }
