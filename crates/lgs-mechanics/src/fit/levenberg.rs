@@ -191,3 +191,46 @@ fn unscaled(mut matrix: DMatrix<f64>, unknowns: &[Unknown]) -> DMatrix<f64> {
     }
     matrix
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// A curved valley, and a residual of 20 that nothing lowers.
+    struct Valley {
+        unknowns: [Unknown; 2],
+        linearised: Cell<usize>,
+    }
+
+    impl Problem for Valley {
+        fn unknowns(&self) -> &[Unknown] {
+            &self.unknowns
+        }
+
+        fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
+            let [x, y] = [values[0], values[1]];
+            Some(DVector::from_vec(vec![10.0 * (y - x * x), 1.0 - x, 20.0]))
+        }
+
+        fn linearised(&self, values: &[f64]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+            self.linearised.set(self.linearised.get() + 1);
+            let jacobian = DMatrix::from_row_slice(3, 2, &[-20.0 * values[0], 10.0, -1.0, 0.0, 0.0, 0.0]);
+            Some((self.residuals(values)?, jacobian))
+        }
+    }
+
+    #[test]
+    fn a_search_ends_early_where_what_it_comes_to_is_of_no_use() {
+        let steps = |useful: f64| {
+            let unknowns = [Unknown { scale: 1.0, lower: -10.0, upper: 10.0 }; 2];
+            let valley = Valley { unknowns, linearised: Cell::new(0) };
+            let settings = Settings { threshold: f64::INFINITY, useful, ..Settings::default() };
+            let minimum = minimise(&valley, &[-1.2, 1.0], &settings).expect("a minimum");
+            (valley.linearised.get(), minimum.loss)
+        };
+        let [(all, least), (enough, within), (few, _)] = [f64::INFINITY, 401.0, 10.0].map(steps);
+        assert!((least - 400.0).abs() < 0.1 && within == least && enough == all, "{all} {enough} {least}");
+        assert!(few < all, "{few} of {all}");
+    }
+}
