@@ -5,8 +5,8 @@
 //! about once a second the pace is set such that the schedule ends at the deadline if steps go on taking as
 //! long as the last ones did, of which the newer count more. All paces are recorded in `schedule.json`, by
 //! the step from which they hold. A run that is resumed follows the record as far as it goes, so it repeats
-//! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether time is left
-//! to tune the Gaussians anew is not recorded: a run that stops just before asks again.
+//! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether there was time
+//! to tune the Gaussians anew is recorded likewise.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -91,9 +91,19 @@ impl Budget {
         }
     }
 
-    /// Whether anything is left for a stage beside what has to be kept for those after it.
-    pub(crate) fn has_time_for(&self, stage: Stage) -> bool {
-        self.left() > self.reserve(stage)
+    /// Whether anything is left for a stage beside what has to be kept for those after it: as recorded or,
+    /// when it is asked for the first time, by the time.
+    ///
+    /// # Errors
+    /// If the record cannot be written.
+    pub(crate) fn has_time_for(&mut self, stage: Stage) -> Result<bool, TrainError> {
+        if let Some(&has_time) = self.schedule.has_time_for.get(stage.name()) {
+            return Ok(has_time);
+        }
+        let has_time = self.left() > self.reserve(stage);
+        self.schedule.has_time_for.insert(stage.name().to_owned(), has_time);
+        self.save()?;
+        Ok(has_time)
     }
 
     /// A stage ends.
@@ -206,6 +216,28 @@ mod tests {
     fn a_schedule_is_not_stretched_beyond_its_own_steps() {
         let (used, taken) = used_and_taken(|_| 0.2);
         assert!((used - 200.0).abs() < 1e-6 && taken == 1000, "{used} {taken}");
+    }
+
+    #[test]
+    fn time_for_the_choices_of_laws_is_kept_and_what_was_decided_holds() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("schedule.json");
+        let with_fit = |secs, fit_secs| {
+            let mut budget = Budget::open(secs, &path).expect("open");
+            budget.schedule.fit_secs = fit_secs;
+            budget
+        };
+        let deadline = |fit_secs| {
+            let mut budget = with_fit(1000.0, fit_secs);
+            budget.begin(Stage::TuneGaussians, LastStage::TuneGaussians);
+            budget.current.expect("a stage").deadline
+        };
+        let kept = deadline(0.0) - deadline(400.0);
+        assert!((kept - 400.0 * LAST_STAGE_SHARE).abs() < 1.0, "{kept}");
+        let has_time = |secs| with_fit(secs, 400.0).has_time_for(Stage::RetuneGaussians).expect("record");
+        assert!(!has_time(300.0) && !has_time(1e6), "decided once");
+        std::fs::remove_file(&path).expect("remove");
+        assert!(has_time(1e6) && has_time(300.0), "decided once");
     }
 
     #[test]

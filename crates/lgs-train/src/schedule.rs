@@ -1,5 +1,7 @@
-//! The record of a run under a time budget: what its stages took, and at which paces they went.
+//! The record of a run under a time budget: what its stages took, at which paces they went, and which were left
+//! out.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use lgs_data::files::FileError;
@@ -32,6 +34,9 @@ pub struct Schedule {
     /// Seconds that the fit of the dynamics has taken.
     #[serde(default)]
     pub fit_secs: f64,
+    /// Whether there was time for a stage that can be left out, by its name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub has_time_for: BTreeMap<String, bool>,
     /// Paces in the order in which they were set.
     pub paces: Vec<Pace>,
 }

@@ -148,7 +148,7 @@ impl Pipeline<'_> {
             if stage == Stage::RetuneGaussians && stage > reached {
                 let settled = self.settled(scene, source)?;
                 scene = settled.held.scene;
-                if !(settled.needs_retuning && self.has_time_for(stage)) {
+                if !(settled.needs_retuning && self.has_time_for(stage)?) {
                     warn_of(&settled.held.worse);
                     continue;
                 }
@@ -166,8 +166,8 @@ impl Pipeline<'_> {
     }
 
     /// Whether the budget, if there is one, leaves time for a stage.
-    fn has_time_for(&self, stage: Stage) -> bool {
-        self.budget.as_ref().is_none_or(|budget| budget.borrow().has_time_for(stage))
+    fn has_time_for(&self, stage: Stage) -> Result<bool, TrainError> {
+        self.budget.as_ref().map_or(Ok(true), |budget| budget.borrow_mut().has_time_for(stage))
     }
 
     fn fit_dynamics(&self, scene: LagrangianScene) -> FitDynamics<'_> {
