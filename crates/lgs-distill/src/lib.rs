@@ -52,7 +52,7 @@ pub use laws::linear::law::Law;
 pub use laws::linear::part::LinearPart;
 pub use laws::linear::terms::{Stiffness, Terms};
 pub use motion::object_motion::PathKind;
-pub use object::{distill, known_impacts};
+pub use object::{distill, known_impacts, may_be_a_pair};
 pub use poses::{BodyPoses, couple_of_poses, law_of_poses, part_laws_of_poses};
 pub use progress::{DistillProgress, DistillStage};
 pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};

@@ -136,6 +136,15 @@ pub fn known_impacts(law: &Law, known: &Known) -> Vec<f64> {
     law.events.iter().map(|event| event.time).collect()
 }
 
+/// Whether two objects can be one system of two bodies, by what is known of their own laws: not if these
+/// explain both, nor if one hits something, since laws of two bodies have neither contact nor impulses.
+#[must_use]
+pub fn may_be_a_pair(own: [Option<(&Law, &Known)>; 2]) -> bool {
+    let is_explained = |(_, known): (&Law, &Known)| known.verdict == Verdict::Explained;
+    let hits = |(law, known): (&Law, &Known)| !law.is_smooth() && known.verdict != Verdict::Outside;
+    !own.iter().all(|law| law.is_some_and(is_explained)) && !own.into_iter().flatten().any(hits)
+}
+
 /// Laws of parts of the window that explain these, where the source does not resolve a length, and errs
 /// slowly by another one.
 pub(crate) fn parts_of(
@@ -203,19 +212,15 @@ pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Optio
     (gain > 0.0).then_some(gain)
 }
 
-/// The law of two objects that act on each other, if it describes them and is likelier than a law for each of
-/// them. Objects whose own laws explain them are left alone, and so are those that hit something: laws of two
-/// bodies have neither contact nor impulses.
+/// The law of two objects that may be a pair, if it describes them and is likelier than a law for each of
+/// them.
 pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
     let [a, b] = objects.map(|object| match object {
         Prepared::Body(motion, Some(law), _) => Some((motion, law)),
         _ => None,
     });
     let (a, b) = (a?, b?);
-    let hits = |law: &GeneralisedLaw| !law.law.is_smooth() && law.known.verdict != Verdict::Outside;
-    let laws = [a.1, b.1];
-    if laws.iter().all(|law| law.known.verdict == Verdict::Explained) || laws.into_iter().any(|law| hits(law))
-    {
+    if !may_be_a_pair([a.1, b.1].map(|law| Some((&law.law, &law.known)))) {
         return None;
     }
     let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];

@@ -163,6 +163,12 @@ pub(crate) const FIRST_SHARE: f64 = 0.75;
 pub(crate) const FEWEST_BUDGETED: usize = 4000;
 /// Most Gaussians of a budget by pixels: a step of twice as many takes half a second on two cores.
 pub(crate) const MOST_BUDGETED: usize = 40_000;
+/// Viewpoints that the static warm-up sees of a camera that jumps: about as many as a capture with still
+/// cameras has. Five and twenty were tried as well (docs/experiments.md).
+pub(crate) const FIRST_VIEWPOINTS: usize = 10;
+/// Least spread of the places of the warm-up's viewpoints over that of all: in random order it is near one,
+/// on half a circle it is reached after 79 degrees.
+pub(crate) const FIRST_SPREAD: f64 = 0.5;
 /// Front of the growing time window from which frames are drawn more often, as a fraction of the whole: a
 /// step and a half of the quick preset's thirty.
 pub(crate) const WINDOW_FRONT: f32 = 0.05;

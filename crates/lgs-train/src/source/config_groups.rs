@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 pub enum WarmupFrames {
     /// All times: moving parts are blurred until the deformation starts (DefGS).
     All,
-    /// The shortest initial window that holds enough viewpoints, so that the canonical Gaussians are the
-    /// scene's start (FreeGave).
+    /// The shortest initial window that holds enough viewpoints, from far enough apart, so that the canonical
+    /// Gaussians are the scene's start (FreeGave).
     First,
-    /// The former, with the whole window at once after the warm-up, where the camera is elsewhere at nearly
-    /// every image: then no few moments show the scene from enough sides. The latter where cameras stand.
+    /// The latter; where the camera is elsewhere at nearly every image, with at least ten viewpoints and with
+    /// the whole window at once after the warm-up: no new moment shows the scene from enough sides then.
     ByCameras,
 }
 

@@ -9,6 +9,7 @@ mod config;
 mod config_groups;
 mod densify;
 mod density;
+mod first_window;
 mod flown;
 mod guide;
 mod image_levels;

@@ -14,6 +14,7 @@ use rand::seq::SliceRandom;
 
 use super::config::SourceConfig;
 use super::config_groups::WarmupFrames;
+use super::first_window::end_of_first_window;
 use crate::thresholds::{WINDOW_EDGE, WINDOW_FRONT};
 
 /// A position in the sequence of rounds.
@@ -42,7 +43,7 @@ impl FrameOrder {
     pub(super) fn new(frames: &[Frame], config: &SourceConfig, seed: u64) -> Self {
         let times: Vec<f32> = frames.iter().map(|f| f.time).collect();
         let warmup_end = match config.warmup_frames {
-            WarmupFrames::First => shortest_window(frames, config.warmup_cameras),
+            WarmupFrames::First => end_of_first_window(frames, config.warmup_cameras),
             _ => times.iter().copied().fold(f32::MIN, f32::max),
         };
         Self { times, warmup_end, seed, round: Round::default(), frames: Vec::new() }
@@ -143,18 +144,4 @@ impl FrameOrder {
         frames.shuffle(&mut stream(self.seed, "frame order", self.round.number));
         frames
     }
-}
-
-/// The earliest time by which enough viewpoints have been seen.
-fn shortest_window(frames: &[Frame], least_cameras: usize) -> f32 {
-    let mut order: Vec<&Frame> = frames.iter().collect();
-    order.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let mut cameras = std::collections::BTreeSet::new();
-    for frame in &order {
-        cameras.insert(frame.camera_id);
-        if cameras.len() >= least_cameras {
-            return frame.time;
-        }
-    }
-    order.last().map_or(0.0, |f| f.time)
 }

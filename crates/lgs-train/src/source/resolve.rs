@@ -4,8 +4,8 @@ use super::config::SourceConfig;
 use super::config_groups::WarmupFrames;
 use crate::data_summary::DataSummary;
 use crate::thresholds::{
-    COARSEST_WIDTH, FEWEST_BUDGETED, FIRST_SHARE, MAX_STRETCH, MOST_BUDGETED, REFERENCE_EXTENT,
-    REFERENCE_WIDTH,
+    COARSEST_WIDTH, FEWEST_BUDGETED, FIRST_SHARE, FIRST_VIEWPOINTS, MAX_STRETCH, MOST_BUDGETED,
+    REFERENCE_EXTENT, REFERENCE_WIDTH,
 };
 
 /// The factor of all counts of iterations: the one given or, if that is 0, one that follows from the images'
@@ -60,10 +60,12 @@ impl SourceConfig {
     }
 
     fn with_frames_by_cameras(self, data: &DataSummary) -> Self {
+        let own = Self { warmup_frames: WarmupFrames::First, ..self };
         if data.has_jumping_camera() {
-            Self { warmup_frames: WarmupFrames::All, window_steps: 1, ..self }
+            let warmup_cameras = own.warmup_cameras.max(FIRST_VIEWPOINTS);
+            Self { warmup_cameras, window_steps: 1, ..own }
         } else {
-            Self { warmup_frames: WarmupFrames::First, ..self }
+            own
         }
     }
 
@@ -131,7 +133,7 @@ mod tests {
         let degree = |views| config.resolved(&DataSummary { views, ..SET }).sh_degree;
         assert_eq!([2, 12, 30, 100].map(degree), [0, 1, 2, 3]);
         let jumping = config.resolved(&SET);
-        assert_eq!((jumping.warmup_frames, jumping.window_steps), (WarmupFrames::All, 1));
+        assert_eq!((jumping.warmup_cameras, jumping.window_steps), (FIRST_VIEWPOINTS, 1));
         let standing = config.resolved(&DataSummary { views: 12, images: 600, ..SET });
         assert!(standing.warmup_frames == WarmupFrames::First && standing.window_steps > 1);
         assert!(config.resolved(&DataSummary { times: 1, ..SET }).is_warmup(jumping.iterations));

@@ -1,9 +1,9 @@
 //! Two objects that act on each other, as images show them (method §6): where the source's tracks of round
 //! bodies slip, stage 1 sees them turn, and takes no law of two points for them.
 
-use lgs_distill::{BodyPoses, DistilledLaw, couple_of_poses};
+use lgs_distill::{BodyPoses, DistilledLaw, couple_of_poses, may_be_a_pair};
 use lgs_mechanics::bands::Verdict;
-use lgs_model::{GeneralisedDynamics, LagrangianScene};
+use lgs_model::LagrangianScene;
 use rayon::prelude::*;
 
 use super::law_choice::{LawChoice, own_law, take};
@@ -15,28 +15,20 @@ pub(super) struct Couple {
     law: DistilledLaw,
 }
 
-/// The laws of pairs of objects whose rows are next to each other, which have one body each and are not both
-/// explained by laws of their own, and of which none hits something by its law: those of the last rows first,
-/// each object once. An object is a range of rows of the scene, so that others cannot be put together.
+/// The laws of pairs of objects whose rows are next to each other, which have one body each and may be a pair
+/// by what is known of their own laws: those of the last rows first, each object once. An object is a range of
+/// rows of the scene, so that others cannot be put together.
 pub(super) fn couples(
     scene: &LagrangianScene,
     bodies: &[(usize, Vec<BodyPoses>)],
     choice: LawChoice<'_>,
 ) -> Vec<Couple> {
-    let is_explained = |index: usize| {
-        own_law(&scene.objects[index]).is_some_and(|law| law.known.verdict == Verdict::Explained)
-    };
-    let hits = |index: usize| {
-        let is_hit =
-            |law: &GeneralisedDynamics| !law.law.is_smooth() && law.known.verdict != Verdict::Outside;
-        own_law(&scene.objects[index]).is_some_and(is_hit)
-    };
+    let own = |index: usize| own_law(&scene.objects[index]).map(|law| (&law.law, &law.known));
     let of_pair = |pair: &[(usize, Vec<BodyPoses>)]| {
         let [(first, a), (second, b)] = pair else { return None };
         let ([a], [b]) = (a.as_slice(), b.as_slice()) else { return None };
-        let pair = [*first, *second];
-        let is_open = first + 1 == *second && !pair.into_iter().all(is_explained);
-        if !is_open || pair.into_iter().any(hits) || a.deforms || b.deforms {
+        let may_be_one = first + 1 == *second && may_be_a_pair([*first, *second].map(own));
+        if !may_be_one || a.deforms || b.deforms {
             return None;
         }
         let choice = choice.of_object(*first);
@@ -70,7 +62,7 @@ mod tests {
     use lgs_dynamics::{Edit, Reversal};
     use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
     use lgs_mechanics::{Law, bands};
-    use lgs_model::{Dynamics, Motion, MotionConfig, ObjectModel};
+    use lgs_model::{Dynamics, GeneralisedDynamics, Motion, MotionConfig, ObjectModel};
 
     /// An object that moves freely along x.
     fn sliding(members: std::ops::Range<usize>, velocity: f64) -> ObjectModel {
