@@ -5,8 +5,8 @@
 //! about once a second the pace is set such that the schedule ends at the deadline if steps go on taking as
 //! long as the last ones did, of which the newer count more. All paces are recorded in `schedule.json`, by
 //! the step from which they hold. A run that is resumed follows the record as far as it goes, so it repeats
-//! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether there was time
-//! to tune the Gaussians anew is recorded likewise.
+//! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether there was
+//! time to tune the Gaussians anew is recorded likewise.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

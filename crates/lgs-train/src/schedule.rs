@@ -1,5 +1,5 @@
-//! The record of a run under a time budget: what its stages took, at which paces they went, and which were left
-//! out.
+//! The record of a run under a time budget: what its stages took, at which paces they went, and which were
+//! left out.
 
 use std::collections::BTreeMap;
 use std::path::Path;
