@@ -163,8 +163,8 @@ pub(crate) const FIRST_SHARE: f64 = 0.75;
 pub(crate) const FEWEST_BUDGETED: usize = 4000;
 /// Most Gaussians of a budget by pixels: a step of twice as many takes half a second on two cores.
 pub(crate) const MOST_BUDGETED: usize = 40_000;
-/// Viewpoints that the static warm-up sees of a camera that jumps: about as many as a capture with still
-/// cameras has. Five and twenty were tried as well (docs/experiments.md).
+/// Viewpoints that the end of the static warm-up sees of a camera that jumps: about as many as a capture with
+/// still cameras has. Twenty were no better (docs/experiments.md).
 pub(crate) const FIRST_VIEWPOINTS: usize = 10;
 /// Least spread of the places of the warm-up's viewpoints over that of all: in random order it is near one,
 /// on half a circle it is reached after 79 degrees.

@@ -12,8 +12,12 @@ pub enum WarmupFrames {
     /// The shortest initial window that holds enough viewpoints, from far enough apart, so that the canonical
     /// Gaussians are the scene's start (FreeGave).
     First,
-    /// The latter; where the camera is elsewhere at nearly every image, with at least ten viewpoints and with
-    /// the whole window at once after the warm-up: no new moment shows the scene from enough sides then.
+    /// All times in the first half of the warm-up, for what stands, then that window, for where the rest is
+    /// at the start.
+    AllThenFirst,
+    /// The last, of at least ten viewpoints and with the whole window at once after it, where the camera is
+    /// elsewhere at nearly every image: no new moment shows the scene from enough sides then. Else the first
+    /// window.
     ByCameras,
 }
 

@@ -54,6 +54,8 @@ impl Viewpoints {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::order::FrameOrder;
+    use crate::source::{SourceConfig, WarmupFrames};
     use lgs_core::{Camera, Exposure};
 
     /// A frame of each of some directions, degrees about the vertical, one after the other in time.
@@ -89,5 +91,22 @@ mod tests {
             (frame.camera_id, frame.time) = (i % 12, (i / 12) as f32);
         }
         assert_eq!(end_of_first_window(&standing, 4), 0.0);
+    }
+
+    #[test]
+    fn a_warm_up_of_all_times_ends_with_the_first_frames() {
+        let jumping = frames((0..60).map(|i| 137.5 * i as f32));
+        let config = SourceConfig {
+            warmup_iterations: 300,
+            warmup_frames: WarmupFrames::AllThenFirst,
+            warmup_cameras: 10,
+            window_steps: 1,
+            ..SourceConfig::standard()
+        };
+        let mut order = FrameOrder::new(&jumping, &config, 0);
+        let mut latest =
+            |steps: std::ops::Range<usize>| steps.map(|step| order.next((step, step), &config)).max();
+        let found = [1..150, 150..300, 300..400].map(&mut latest);
+        assert_eq!(found, [Some(59), Some(9), Some(59)]);
     }
 }

@@ -32,8 +32,8 @@ struct Round {
 pub(super) struct FrameOrder {
     /// Time of every training frame.
     times: Vec<f32>,
-    /// End of the warm-up's window.
-    warmup_end: f32,
+    /// End of the window of the warm-up's last frames.
+    first_end: f32,
     seed: u64,
     round: Round,
     frames: Vec<usize>,
@@ -42,11 +42,13 @@ pub(super) struct FrameOrder {
 impl FrameOrder {
     pub(super) fn new(frames: &[Frame], config: &SourceConfig, seed: u64) -> Self {
         let times: Vec<f32> = frames.iter().map(|f| f.time).collect();
-        let warmup_end = match config.warmup_frames {
-            WarmupFrames::First => end_of_first_window(frames, config.warmup_cameras),
+        let first_end = match config.warmup_frames {
+            WarmupFrames::First | WarmupFrames::AllThenFirst => {
+                end_of_first_window(frames, config.warmup_cameras)
+            }
             _ => times.iter().copied().fold(f32::MIN, f32::max),
         };
-        Self { times, warmup_end, seed, round: Round::default(), frames: Vec::new() }
+        Self { times, first_end, seed, round: Round::default(), frames: Vec::new() }
     }
 
     /// First and last time of the training frames.
@@ -57,10 +59,12 @@ impl FrameOrder {
     /// The last time whose frames are used at an iteration.
     pub(super) fn last_time(&self, iteration: usize, config: &SourceConfig) -> f32 {
         let (first, last) = self.span();
-        if config.is_warmup(iteration) {
-            self.warmup_end
+        if config.sees_all_times(iteration) {
+            last
+        } else if config.is_warmup(iteration) {
+            self.first_end
         } else {
-            config.window_end(iteration, first, last).max(self.warmup_end)
+            config.window_end(iteration, first, last).max(self.first_end)
         }
     }
 
@@ -96,10 +100,8 @@ impl FrameOrder {
         if config.front_share > 0.0 && config.is_growing(iteration) {
             return self.single((iteration, step), config);
         }
-        let phase = |i: usize| (config.is_warmup(i), config.is_growing(i));
-        if self.round.used >= self.frames.len()
-            || (phase(self.round.began) != phase(iteration) && !config.is_warmup(iteration))
-        {
+        let phase = |i: usize| (config.is_warmup(i), config.sees_all_times(i), config.is_growing(i));
+        if self.round.used >= self.frames.len() || phase(self.round.began) != phase(iteration) {
             self.round = Round { number: self.round.number + 1, used: 0, began: iteration };
             self.frames = self.drawn(config);
         }
@@ -110,7 +112,7 @@ impl FrameOrder {
     /// A frame of the growing window: of its front with the configured probability, else any.
     fn single(&self, (iteration, step): (usize, usize), config: &SourceConfig) -> usize {
         let (first, last) = self.span();
-        let end = config.window_end(iteration, first, last).max(self.warmup_end);
+        let end = self.last_time(iteration, config);
         let mut random = stream(self.seed, "frame of the growing window", step as u64);
         let start = if random.random_range(0.0..1.0) < config.front_share {
             end - WINDOW_FRONT * (last - first)
@@ -130,11 +132,7 @@ impl FrameOrder {
     fn drawn(&self, config: &SourceConfig) -> Vec<usize> {
         let (first, last) = self.span();
         let growing = !config.is_warmup(self.round.began) && config.window_steps > 1;
-        let end = match (config.is_warmup(self.round.began), growing) {
-            (true, _) => self.warmup_end,
-            (false, true) => config.window_end(self.round.began, first, last).max(self.warmup_end),
-            (false, false) => last,
-        };
+        let end = self.last_time(self.round.began, config);
         let edge = WINDOW_EDGE * (last - first);
         let is_edge = |t: f32| t > end - edge || t < first + edge;
         let repeats =

@@ -60,12 +60,12 @@ impl SourceConfig {
     }
 
     fn with_frames_by_cameras(self, data: &DataSummary) -> Self {
-        let own = Self { warmup_frames: WarmupFrames::First, ..self };
         if data.has_jumping_camera() {
-            let warmup_cameras = own.warmup_cameras.max(FIRST_VIEWPOINTS);
-            Self { warmup_cameras, window_steps: 1, ..own }
+            let warmup_cameras = self.warmup_cameras.max(FIRST_VIEWPOINTS);
+            let warmup_frames = WarmupFrames::AllThenFirst;
+            Self { warmup_frames, warmup_cameras, window_steps: 1, ..self }
         } else {
-            own
+            Self { warmup_frames: WarmupFrames::First, ..self }
         }
     }
 
@@ -134,6 +134,9 @@ mod tests {
         assert_eq!([2, 12, 30, 100].map(degree), [0, 1, 2, 3]);
         let jumping = config.resolved(&SET);
         assert_eq!((jumping.warmup_cameras, jumping.window_steps), (FIRST_VIEWPOINTS, 1));
+        let sees_all = |iteration| jumping.sees_all_times(iteration);
+        let end = jumping.warmup_iterations;
+        assert!(sees_all(0) && !sees_all(end - 1) && jumping.is_warmup(end - 1));
         let standing = config.resolved(&DataSummary { views: 12, images: 600, ..SET });
         assert!(standing.warmup_frames == WarmupFrames::First && standing.window_steps > 1);
         assert!(config.resolved(&DataSummary { times: 1, ..SET }).is_warmup(jumping.iterations));

@@ -2,6 +2,7 @@
 //! (method §3.4).
 
 use super::config::SourceConfig;
+use super::config_groups::WarmupFrames;
 use crate::cloud_rates::CloudRates;
 use lgs_core::optim::log_linear;
 
@@ -76,6 +77,12 @@ impl SourceConfig {
     #[must_use]
     pub fn is_warmup(&self, iteration: usize) -> bool {
         iteration < self.warmup_iterations
+    }
+
+    /// Whether the warm-up sees all times at an iteration, and its first window later.
+    #[must_use]
+    pub fn sees_all_times(&self, iteration: usize) -> bool {
+        self.warmup_frames == WarmupFrames::AllThenFirst && 2 * iteration < self.warmup_iterations
     }
 
     /// Whether the time window is growing at an iteration: after the warm-up, before it is whole.
