@@ -7,24 +7,23 @@ use lgs_data::dataset::Frame;
 
 use crate::thresholds::FIRST_SPREAD;
 
-/// The earliest time by which as many viewpoints have been seen, or all if there are fewer, and from places
-/// spread out at least half as far as all are: those of a camera that moves smoothly are close to each other
-/// at first, and show the scene from one side.
+/// The earliest time by which as many viewpoints have been seen, and from places spread out at least half as
+/// far as all are: those of a camera that moves smoothly are close to each other at first, and show the scene
+/// from one side. The last time if there are fewer viewpoints.
 pub(super) fn end_of_first_window(frames: &[Frame], least_cameras: usize) -> f32 {
     let mut order: Vec<&Frame> = frames.iter().collect();
     order.sort_by(|a, b| a.time.total_cmp(&b.time));
     let mut all = Viewpoints::default();
     order.iter().for_each(|frame| all.add(frame));
     let enough = |seen: &Viewpoints| {
-        seen.cameras.len() >= least_cameras.min(all.cameras.len())
-            && seen.spread() >= FIRST_SPREAD * all.spread()
+        seen.cameras.len() >= least_cameras && seen.spread() >= FIRST_SPREAD * all.spread()
     };
     let mut seen = Viewpoints::default();
-    let last = order.into_iter().find(|frame| {
+    let found = order.iter().find(|frame| {
         seen.add(frame);
         enough(&seen)
     });
-    last.map_or(0.0, |frame| frame.time)
+    found.or(order.last()).map_or(0.0, |frame| frame.time)
 }
 
 /// Cameras that have been seen, and the moments of their places, world units.
@@ -73,7 +72,7 @@ mod tests {
     fn a_camera_that_jumps_has_shown_the_start_after_the_viewpoints_asked_for() {
         let jumping = frames((0..60).map(|i| 137.5 * i as f32));
         assert_eq!(end_of_first_window(&jumping, 10), jumping[9].time);
-        assert_eq!(end_of_first_window(&jumping[..5], 10), jumping[4].time, "all there are");
+        assert_eq!(end_of_first_window(&jumping[..5], 10), jumping[4].time, "too few");
         assert_eq!(end_of_first_window(&[], 10), 0.0);
     }
 
