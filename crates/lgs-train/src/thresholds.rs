@@ -164,7 +164,8 @@ pub(crate) const FEWEST_BUDGETED: usize = 4000;
 /// Most Gaussians of a budget by pixels: a step of twice as many takes half a second on two cores.
 pub(crate) const MOST_BUDGETED: usize = 40_000;
 /// Viewpoints that the end of the static warm-up sees of a camera that jumps: about as many as a capture with
-/// still cameras has. Twenty were no better (docs/experiments.md).
+/// still cameras has. Other numbers were tried without the images of all times before them alone
+/// (docs/experiments.md).
 pub(crate) const FIRST_VIEWPOINTS: usize = 10;
 /// Least spread of the places of the warm-up's viewpoints over that of all: in random order it is near one,
 /// on half a circle it is reached after 79 degrees.

@@ -15,13 +15,11 @@ pub(super) fn end_of_first_window(frames: &[Frame], least_cameras: usize) -> f32
     order.sort_by(|a, b| a.time.total_cmp(&b.time));
     let mut all = Viewpoints::default();
     order.iter().for_each(|frame| all.add(frame));
-    let enough = |seen: &Viewpoints| {
-        seen.cameras.len() >= least_cameras && seen.spread() >= FIRST_SPREAD * all.spread()
-    };
+    let least_spread = FIRST_SPREAD * all.spread();
     let mut seen = Viewpoints::default();
     let found = order.iter().find(|frame| {
         seen.add(frame);
-        enough(&seen)
+        seen.cameras.len() >= least_cameras && seen.spread() >= least_spread
     });
     found.or(order.last()).map_or(0.0, |frame| frame.time)
 }
