@@ -1,7 +1,7 @@
 //! Learning rates of trainable Gaussians.
 
 /// Learning rates of a cloud's attributes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CloudRates {
     pub(crate) means: f64,
     pub(crate) rotations: f64,

@@ -1,16 +1,15 @@
-//! Laws of more terms: sought where no simple law explains a motion, or where a further term betters the one
-//! that does.
+//! Laws of more terms: sought where no simple law explains a motion, and as rivals of those that do.
 
 use super::{Choice, Effort, Judged, among, choose, judge, simplicity};
 use crate::candidate::Candidate;
 use crate::fit::{Track, regressions};
-use crate::terms::Scales;
+use crate::terms::{Scales, Term};
 use crate::thresholds::{NEARLY_PROMISING_LEFT, PROMISING, PROMISING_LEFT};
 use rayon::prelude::*;
 
-/// The choice among some candidates, and among further ones if none of the first explains the track, or if
-/// one more term betters the likeliest: what is left may be within the scatter of χ² and tell of a term all
-/// the same.
+/// The choice among some candidates and further ones: if none of the first explains the track, among the
+/// further ones that are promising; else also among rivals that have all terms of one that does and one more.
+/// What a law leaves may be within the scatter of χ² and tell of a term all the same.
 #[must_use]
 pub fn choose_further(
     choice: Option<Choice>,
@@ -22,43 +21,39 @@ pub fn choose_further(
     if further.is_empty() || choice.as_ref().is_some_and(|choice| choice.judged.iter().any(is_further)) {
         return choice;
     }
+    let promising = promising(further, track, scales);
     let explains = |choice: &&Choice| choice.judged.iter().any(|judged| choice.explains(judged));
-    let longer = match choice.as_ref().filter(explains) {
+    let others: Vec<Judged> = match choice.as_ref().filter(explains) {
         Some(choice) => {
-            let longer = with_one_more(choice, (list, further), (track, scales));
-            if longer.iter().all(|judged| judged.score() >= choice.law().score()) {
-                return joined(Some(choice.clone()), longer, track);
-            }
-            longer
+            let fitted = |i: &usize| judge(list.len() + i, &further[*i], (track, scales), Effort::Rival);
+            rivals(choice, (list, further), &promising).par_iter().filter_map(fitted).collect()
         }
-        None => Vec::new(),
+        None => {
+            let picked: Vec<Candidate> = promising.iter().map(|&i| further[i].clone()).collect();
+            let own = |judged: Judged| Judged { index: list.len() + promising[judged.index], ..judged };
+            let found = choose(&picked, track, scales).map_or_else(Vec::new, |choice| choice.judged);
+            found.into_iter().map(own).collect()
+        }
     };
-    let mut kept = promising(further, track, scales);
-    kept.retain(|&index| longer.iter().all(|judged| judged.index != list.len() + index));
-    let picked: Vec<Candidate> = kept.iter().map(|&index| further[index].clone()).collect();
-    let behind = |judged: Judged| Judged { index: list.len() + kept[judged.index], ..judged };
-    let others = choose(&picked, track, scales).map_or_else(Vec::new, |choice| choice.judged);
-    joined(choice, longer.into_iter().chain(others.into_iter().map(behind)).collect(), track)
-}
-
-/// A choice among more laws.
-fn joined(choice: Option<Choice>, others: Vec<Judged>, track: &Track) -> Option<Choice> {
     let first = choice.map_or_else(Vec::new, |choice| choice.judged);
     among(first.into_iter().chain(others).collect(), track.independent_samples())
 }
 
-/// The further laws that have all terms of the likeliest one and one more.
-fn with_one_more(
-    choice: &Choice,
-    (list, further): (&[Candidate], &[Candidate]),
-    track: (&Track, &Scales),
-) -> Vec<Judged> {
-    let terms = &list[choice.law().index].terms;
+/// Places of the further laws that may be likelier than those that explain the track: those with all terms of
+/// one of these and one more, and the promising ones.
+fn rivals(choice: &Choice, (list, further): (&[Candidate], &[Candidate]), promising: &[usize]) -> Vec<usize> {
+    let explaining: Vec<&[Term]> = choice
+        .judged
+        .iter()
+        .filter(|judged| choice.explains(judged))
+        .map(|judged| list[judged.index].terms.as_slice())
+        .collect();
     let is_longer = |other: &Candidate| {
-        other.terms.len() == terms.len() + 1 && terms.iter().all(|term| other.terms.contains(term))
+        explaining.iter().any(|terms| {
+            other.terms.len() == terms.len() + 1 && terms.iter().all(|term| other.terms.contains(term))
+        })
     };
-    let longer = further.par_iter().enumerate().filter(|(_, other)| is_longer(other));
-    longer.filter_map(|(i, other)| judge(list.len() + i, other, track, Effort::Rival)).collect()
+    (0..further.len()).filter(|i| promising.contains(i) || is_longer(&further[*i])).collect()
 }
 
 /// The candidates whose equations of motion the track obeys about as well as those of any, and those that it

@@ -172,6 +172,8 @@ pub struct TuneGaussiansConfig {
     pub refresh_every: usize,
     /// Weight of 1 − SSIM in the photometric loss.
     pub ssim_weight: f32,
+    /// Weight of the mean squared change of the raw opacities since the stage began (paper: 0).
+    pub opacity_prior: f32,
 }
 
 impl Default for TuneGaussiansConfig {
@@ -187,6 +189,7 @@ impl Default for TuneGaussiansConfig {
             colors_learning_rate: 2.5e-3,
             refresh_every: 100,
             ssim_weight: 0.2,
+            opacity_prior: 1e-4,
         }
     }
 }
@@ -202,6 +205,7 @@ impl TuneGaussiansConfig {
             scales_learning_rate: 5e-4,
             rotations_learning_rate: 1e-4,
             opacities_learning_rate: 5e-3,
+            opacity_prior: 0.0,
             ..Self::default()
         }
     }
@@ -246,11 +250,13 @@ impl TuneGaussiansConfig {
     /// # Errors
     /// The key and the reason.
     pub fn validate(&self) -> Result<(), (&'static str, String)> {
-        if !(self.stretch >= 0.0 && self.stretch.is_finite()) {
-            return Err(("stretch", format!("{} is negative or not finite", self.stretch)));
-        }
-        if !(self.position_unit >= 0.0 && self.position_unit.is_finite()) {
-            return Err(("position_unit", format!("{} is negative or not finite", self.position_unit)));
+        let not_negative = [
+            ("stretch", f64::from(self.stretch)),
+            ("position_unit", self.position_unit),
+            ("opacity_prior", f64::from(self.opacity_prior)),
+        ];
+        if let Some((key, value)) = not_negative.into_iter().find(|(_, v)| !(*v >= 0.0 && v.is_finite())) {
+            return Err((key, format!("{} is negative or not finite", value as f32)));
         }
         positive(&[("refresh_every", self.refresh_every)])
     }

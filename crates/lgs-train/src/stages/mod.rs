@@ -24,6 +24,7 @@ mod normal_equations;
 mod object_tensors;
 mod observation;
 mod observed_motion;
+mod opacity_prior;
 mod recorded_bodies;
 mod recorder;
 mod spread;
@@ -44,7 +45,7 @@ pub use tune_gaussians::TuneGaussians;
 
 use burn::tensor::Device;
 use lgs_data::dataset::Frame;
-use lgs_model::{LagrangianScene, TensorFile, TensorFileError};
+use lgs_model::{TensorFile, TensorFileError};
 
 /// What a stage trains on, and where.
 #[derive(Clone, Copy, Debug)]
@@ -63,9 +64,9 @@ pub struct TrainingData<'a> {
 fn rows_of_gaussians<const D: usize>(
     file: &TensorFile,
     name: &str,
-    scene: &LagrangianScene,
+    expected: usize,
 ) -> Result<Vec<[f32; D]>, TensorFileError> {
-    let (rows, expected): (Vec<[f32; D]>, usize) = (file.rows(name)?, scene.dynamic_gaussians.len());
+    let rows: Vec<[f32; D]> = file.rows(name)?;
     if rows.len() == expected {
         Ok(rows)
     } else {

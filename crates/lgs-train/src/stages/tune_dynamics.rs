@@ -149,9 +149,10 @@ impl<'a> TuneDynamics<'a> {
     /// The scene that the kept motion of a checkpoint was rolled from.
     fn kept_scene(&self, file: &TensorFile) -> Result<LagrangianScene, TensorFileError> {
         let mut scene = self.scene.clone();
-        scene.velocities = rows_of_gaussians(file, "tune.kept.velocities", &self.scene)?;
-        scene.dynamic_gaussians.means = rows_of_gaussians(file, "tune.kept.means", &self.scene)?;
-        scene.dynamic_gaussians.rotations = rows_of_gaussians(file, "tune.kept.rotations", &self.scene)?;
+        let n = scene.dynamic_gaussians.len();
+        scene.velocities = rows_of_gaussians(file, "tune.kept.velocities", n)?;
+        scene.dynamic_gaussians.means = rows_of_gaussians(file, "tune.kept.means", n)?;
+        scene.dynamic_gaussians.rotations = rows_of_gaussians(file, "tune.kept.rotations", n)?;
         for (index, object) in scene.objects.iter_mut().enumerate() {
             let Some(ParticleDynamics { system, .. }) = object.dynamics.particles_mut() else { continue };
             let name = format!("tune.kept.{index}");

@@ -22,6 +22,7 @@ use super::TrainingData;
 use super::config::TuneGaussiansConfig;
 use super::frame_states::{FrameStates, StateTensors};
 use super::light::lit_at;
+use super::opacity_prior::OpacityPrior;
 use crate::adam::AdamSteps;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
@@ -46,6 +47,7 @@ pub struct TuneGaussians<'a> {
     dynamic_gaussians: TrainableCloud,
     /// `[n, 1]`: one for dynamic Gaussians whose means may change, zero for the others.
     is_free: Tensor<2>,
+    prior: OpacityPrior,
     kept: Option<KeptMotion>,
     device: Device,
 }
@@ -93,12 +95,13 @@ impl<'a> TuneGaussians<'a> {
         Self {
             stage,
             clock: Clock::new(if is_trained { config.iterations } else { 0 }),
-            config,
             static_gaussians: TrainableCloud::new(&scene.static_gaussians, device),
             dynamic_gaussians: TrainableCloud::new(&scene.dynamic_gaussians, device),
             is_free: is_free(&scene, device),
+            prior: OpacityPrior::new(&scene, config.opacity_prior, device),
             scene,
             frames,
+            config,
             seed,
             kept: None,
             device: device.clone(),
@@ -147,7 +150,8 @@ impl Trainer for TuneGaussians<'_> {
         let sensor = Sensor::of(frame, &device);
         let view = View::of_scene(&self.scene, (frame, &sensor), self.config.ssim_weight, &device);
         let compared = view.compare_cloud(cloud);
-        let mut gradients = tracing::trace_span!("backward").in_scope(|| compared.loss.backward());
+        let loss = self.prior.added_to(compared.loss.clone(), [&of_static, &of_dynamic]);
+        let mut gradients = tracing::trace_span!("backward").in_scope(|| loss.backward());
         let decay = cosine_decay(self.clock.iteration() - 1, self.config.iterations);
         let rates = self.config.cloud_rates().scaled(decay);
         let (of_static, mut of_dynamic) =
@@ -164,6 +168,7 @@ impl Trainer for TuneGaussians<'_> {
     fn checkpoint(&self) -> TensorFile {
         let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
         self.clock.insert_into(&mut file);
+        self.prior.insert_into(&mut file);
         self.static_gaussians.insert_into(&mut file, "tune.static");
         self.dynamic_gaussians.insert_into(&mut file, "tune.dynamic");
         if let Some(kept) = &self.kept {
@@ -186,9 +191,11 @@ impl Trainer for TuneGaussians<'_> {
         let of_static = read("tune.static", &self.static_gaussians, static_gaussians.sh_degree)?;
         let of_dynamic = read("tune.dynamic", &self.dynamic_gaussians, dynamic_gaussians.sh_degree)?;
         (self.static_gaussians, self.dynamic_gaussians) = (of_static, of_dynamic);
+        self.prior.restore(file)?;
         if step > 0 {
             let mut rolled = self.scene();
-            rolled.dynamic_gaussians.means = super::rows_of_gaussians(file, ROLLED_MEANS, &rolled)?;
+            rolled.dynamic_gaussians.means =
+                super::rows_of_gaussians(file, ROLLED_MEANS, self.dynamic_gaussians.len())?;
             self.kept = Some(KeptMotion::roll(rolled, &self.device));
         }
         self.clock.restore(file, step)
