@@ -6,7 +6,7 @@
 //! long as the last ones did, of which the newer count more. All paces are recorded in `schedule.json`, by
 //! the step from which they hold. A run that is resumed follows the record as far as it goes, so it repeats
 //! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether there was
-//! time to tune the Gaussians anew is recorded likewise.
+//! time to tune the Gaussians, and to seek laws by the images for objects that have none, is recorded likewise.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -19,7 +19,8 @@ use crate::config::LastStage;
 use crate::error::TrainError;
 use crate::schedule::{Pace, Schedule, read_schedule};
 use crate::thresholds::{
-    LAST_STAGE_SHARE, NEWEST_WEIGHT, PACE_SECS, PACE_STEPS, REFINEMENT_SHARE, SLOWEST_PACE, SOURCE_SHARE,
+    LAST_STAGE_SHARE, LEAST_SHARE, NEWEST_WEIGHT, PACE_SECS, PACE_STEPS, REFINEMENT_SHARE, SLOWEST_PACE,
+    SOURCE_SHARE,
 };
 
 /// The time that a run has, and what became of it.
@@ -81,18 +82,19 @@ impl Budget {
         self.current = Some(Current { stage, begun: used, deadline, since: used, steps: 0, step_secs: None });
     }
 
-    /// Seconds to be kept for what follows a stage at no pace: laws are chosen by the images before and after
-    /// the last stage, each time for about as long as they were sought in the tracks.
+    /// Seconds to be kept for what has no pace, beside a stage or in it: laws are chosen by the images before
+    /// and after the last stage, each time for about as long as they were sought in the tracks.
     fn reserve(&self, stage: Stage) -> f64 {
         match stage {
             Stage::RefineGaussians => 2.0 * self.schedule.distill_secs,
+            Stage::FitDynamics => self.schedule.distill_secs,
             Stage::TuneGaussians | Stage::RetuneGaussians => self.schedule.fit_secs,
             _ => 0.0,
         }
     }
 
-    /// Whether anything is left for a stage beside what has to be kept for those after it: as recorded or,
-    /// when it is asked for the first time, by the time.
+    /// Whether enough is left for a stage beside what has to be kept: as recorded or, when it is asked for the
+    /// first time, by the time.
     ///
     /// # Errors
     /// If the record cannot be written.
@@ -100,7 +102,11 @@ impl Budget {
         if let Some(&has_time) = self.schedule.has_time_for.get(stage.name()) {
             return Ok(has_time);
         }
-        let has_time = self.left() > self.reserve(stage);
+        let available = self.left() - self.reserve(stage);
+        let has_time = match stage {
+            Stage::FitDynamics => available > 0.0,
+            _ => share(stage, LastStage::TuneGaussians) * available > LEAST_SHARE * self.secs,
+        };
         self.schedule.has_time_for.insert(stage.name().to_owned(), has_time);
         self.save()?;
         Ok(has_time)
@@ -234,6 +240,14 @@ mod tests {
         };
         let kept = deadline(0.0) - deadline(400.0);
         assert!((kept - 400.0 * LAST_STAGE_SHARE).abs() < 1.0, "{kept}");
+        let seeks = |secs| {
+            let mut budget = with_fit(secs, 0.0);
+            budget.schedule.distill_secs = 400.0;
+            budget.has_time_for(Stage::FitDynamics).expect("record")
+        };
+        assert!(!seeks(300.0) && !seeks(1e6), "as long as laws were sought in the tracks");
+        let tunes = |secs| with_fit(secs, 400.0).has_time_for(Stage::TuneGaussians).expect("record");
+        assert!(!tunes(405.0) && !tunes(1e6), "a few steps are worse than none");
         let has_time = |secs| with_fit(secs, 400.0).has_time_for(Stage::RetuneGaussians).expect("record");
         assert!(!has_time(300.0) && !has_time(1e6), "decided once");
         std::fs::remove_file(&path).expect("remove");

@@ -153,7 +153,11 @@ impl Pipeline<'_> {
                     continue;
                 }
             }
-            let mut trainer = self.trainer(stage, scene);
+            let tunes = matches!(stage, Stage::RefineGaussians | Stage::TuneGaussians);
+            if tunes && !self.has_time_for(stage)? {
+                continue;
+            }
+            let mut trainer = self.trainer(stage, scene)?;
             self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
             if stage == Stage::RetuneGaussians {
@@ -170,9 +174,10 @@ impl Pipeline<'_> {
         self.budget.as_ref().map_or(Ok(true), |budget| budget.borrow_mut().has_time_for(stage))
     }
 
-    fn fit_dynamics(&self, scene: LagrangianScene) -> FitDynamics<'_> {
+    fn fit_dynamics(&self, scene: LagrangianScene) -> Result<FitDynamics<'_>, TrainError> {
         let fit = FitDynamics::new(scene, self.training_data(), &self.config.fit_dynamics);
-        fit.choosing_laws(self.config.distill.resolving(self.dataset.pixel_size()))
+        let fit = fit.choosing_laws(self.config.distill.resolving(self.dataset.pixel_size()));
+        Ok(if self.has_time_for(Stage::FitDynamics)? { fit } else { fit.of_known_laws() })
     }
 
     fn training_data(&self) -> TrainingData<'_> {
@@ -253,17 +258,21 @@ impl Pipeline<'_> {
     }
 
     /// A stage after stage 1, at its first step.
-    fn trainer(&self, stage: Stage, scene: LagrangianScene) -> Box<dyn SceneTrainer + '_> {
+    fn trainer(
+        &self,
+        stage: Stage,
+        scene: LagrangianScene,
+    ) -> Result<Box<dyn SceneTrainer + '_>, TrainError> {
         let config = self.config;
         let data = self.training_data();
-        match stage {
-            Stage::FitDynamics => Box::new(self.fit_dynamics(scene)),
+        Ok(match stage {
+            Stage::FitDynamics => Box::new(self.fit_dynamics(scene)?),
             Stage::TuneDynamics => Box::new(TuneDynamics::new(scene, data, &config.tune_dynamics)),
             Stage::RefineGaussians => {
                 Box::new(TuneGaussians::refinement(scene, data, &config.refine_gaussians))
             }
             Stage::RetuneGaussians => Box::new(TuneGaussians::again(scene, data, &config.tune_gaussians)),
             _ => Box::new(TuneGaussians::new(scene, data, &config.tune_gaussians)),
-        }
+        })
     }
 }

@@ -37,7 +37,7 @@ impl Pipeline<'_> {
         scene: LagrangianScene,
         source: &dyn SourceModel,
     ) -> Result<Settled, TrainError> {
-        let (scene, gain) = self.with_laws_of_tuned_gaussians(scene);
+        let (scene, gain) = self.with_laws_of_tuned_gaussians(scene)?;
         let held = self.held_to_source(scene, source)?;
         let plays_tracks = held.worse.iter().any(|object| object.plays_tracks);
         Ok(Settled { held, needs_retuning: plays_tracks || gain.abs() > UNSETTLED })
@@ -62,11 +62,17 @@ impl Pipeline<'_> {
     /// The scene with laws chosen a last time by the images, now that the Gaussians are those of stage 3:
     /// what they had wrong before was error of the poses. Tells by how many decibels they draw the images
     /// better.
-    fn with_laws_of_tuned_gaussians(&self, scene: LagrangianScene) -> (LagrangianScene, f64) {
+    ///
+    /// # Errors
+    /// If the record of the budget cannot be written.
+    fn with_laws_of_tuned_gaussians(
+        &self,
+        scene: LagrangianScene,
+    ) -> Result<(LagrangianScene, f64), TrainError> {
         let is_fitted = !self.is_left_out(Stage::FitDynamics, &scene);
         if !is_fitted || self.is_left_out(Stage::TuneGaussians, &scene) {
-            return (scene, 0.0);
+            return Ok((scene, 0.0));
         }
-        self.fit_dynamics(scene).with_laws_of_images()
+        Ok(self.fit_dynamics(scene)?.with_laws_of_images())
     }
 }

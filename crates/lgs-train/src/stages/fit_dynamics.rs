@@ -9,7 +9,7 @@ use super::TrainingData;
 use super::bands_of_views::with_bands_of_views;
 use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
-use super::law_choice::LawChoice;
+use super::law_choice::{LawChoice, Sought};
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
@@ -25,6 +25,7 @@ pub struct FitDynamics<'a> {
     seed: u64,
     /// How laws are chosen once more, by the images; not at all without.
     laws: Option<DistillConfig>,
+    has_time: bool,
 }
 
 impl<'a> FitDynamics<'a> {
@@ -32,7 +33,16 @@ impl<'a> FitDynamics<'a> {
     #[must_use]
     pub fn new(scene: LagrangianScene, data: TrainingData<'a>, config: &'a FitDynamicsConfig) -> Self {
         let TrainingData { frames, seed, .. } = data;
-        Self { newton: Newton::new(&scene, seed), scene, frames, config, step: 0, seed, laws: None }
+        Self {
+            newton: Newton::new(&scene, seed),
+            scene,
+            frames,
+            config,
+            step: 0,
+            seed,
+            laws: None,
+            has_time: true,
+        }
     }
 }
 
@@ -43,13 +53,19 @@ impl FitDynamics<'_> {
         Self { laws: Some(laws), ..self }
     }
 
+    /// The same in a hurry: laws are chosen for those objects alone that have one.
+    #[must_use]
+    pub fn of_known_laws(self) -> Self {
+        Self { has_time: false, ..self }
+    }
+
     /// The scene with its laws as the images of the first step show them, without any step, and with bands
     /// that allow for what single views have wrong; and by how many decibels it draws the images better.
     #[must_use]
     pub fn with_laws_of_images(self) -> (LagrangianScene, f64) {
         let frames = self.config.observed(self.frames, 0);
         let (scene, gain) = match &self.laws {
-            Some(laws) => with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, false)),
+            Some(laws) => with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, Sought::OfEach)),
             None => (self.scene.clone(), 0.0),
         };
         let resolved = self.laws.as_ref().map_or(0.0, |laws| f64::from(laws.forecast_tolerance));
@@ -59,8 +75,8 @@ impl FitDynamics<'_> {
 
 impl FitDynamics<'_> {
     /// Laws of parts and of couples are sought once, before the first step.
-    fn choice<'b>(&self, config: &'b DistillConfig, seeks_more: bool) -> LawChoice<'b> {
-        LawChoice { config, seed: self.seed, seeks_more }
+    fn choice<'b>(&self, config: &'b DistillConfig, sought: Sought) -> LawChoice<'b> {
+        LawChoice { config, seed: self.seed, sought: if self.has_time { sought } else { Sought::Known } }
     }
 }
 
@@ -84,7 +100,8 @@ impl Trainer for FitDynamics<'_> {
     fn step(&mut self) -> StepReport {
         let frames = self.config.observed(self.frames, self.step);
         if let Some(laws) = self.laws.as_ref().filter(|_| self.step == 0) {
-            (self.scene, _) = with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, true));
+            (self.scene, _) =
+                with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, Sought::All));
             self.newton = Newton::new(&self.scene, self.seed);
         }
         let report = self.newton.step(&self.scene, &frames);

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::image_couples::couples;
 use super::image_poses::{ImagePoses, Part};
-use super::law_choice::{LawChoice, own_law, take, turn_shapes};
+use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
 use super::recorded_bodies::{bodies_of, has_law, recorded, with_poses_of_images, with_recorded_bodies};
 use super::recorder::parts;
@@ -33,7 +33,8 @@ pub(super) fn with_laws_of_images(
     if times.first() != Some(&0.0) || !config.chooses_laws() {
         return (scene, 0.0);
     }
-    let offered = bodies_of(&scene, &times);
+    let mut offered = bodies_of(&scene, &times);
+    offered.retain(|(index, _)| choice.sought != Sought::Known || has_law(&scene.objects[*index]));
     if offered.is_empty() {
         return (scene, 0.0);
     }
@@ -53,7 +54,7 @@ pub(super) fn with_laws_of_images(
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
-    if choice.seeks_more {
+    if choice.sought == Sought::All {
         let found = couples(&best.scene, &bodies, choice);
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
@@ -93,10 +94,10 @@ impl Offer {
     fn new(
         (scene, object): (&LagrangianScene, usize),
         bodies: Vec<BodyPoses>,
-        LawChoice { config, seed, seeks_more }: LawChoice<'_>,
+        LawChoice { config, seed, sought }: LawChoice<'_>,
     ) -> Self {
         let own = &scene.objects[object];
-        let single = if bodies.len() == 1 && seeks_more { bodies.first().cloned() } else { None };
+        let single = if bodies.len() == 1 && sought == Sought::All { bodies.first().cloned() } else { None };
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
         let law = found.filter(|law| has_law(own) || law.known.verdict != Verdict::Outside);

@@ -14,9 +14,19 @@ use super::body::rows_of_parts;
 pub(super) struct LawChoice<'a> {
     pub(super) config: &'a DistillConfig,
     pub(super) seed: u64,
-    /// Whether laws of parts of the window, and those of two objects that act on each other, are sought as
-    /// well, where none explains all of it.
-    pub(super) seeks_more: bool,
+    pub(super) sought: Sought,
+}
+
+/// Which laws are sought.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sought {
+    /// Those of objects that have one: another one may be likelier by the images.
+    Known,
+    /// Also those of objects without one.
+    OfEach,
+    /// Also those of parts of the window, where none explains all of it, and of two objects that act on each
+    /// other.
+    All,
 }
 
 impl LawChoice<'_> {
