@@ -6,7 +6,7 @@
 //! long as the last ones did, of which the newer count more. All paces are recorded in `schedule.json`, by
 //! the step from which they hold. A run that is resumed follows the record as far as it goes, so it repeats
 //! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether there was
-//! time to tune the Gaussians, and to seek laws by the images for objects that have none, is recorded likewise.
+//! time to tune the Gaussians, and to seek laws by the images for objects that have none, is recorded too.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -93,8 +93,8 @@ impl Budget {
         }
     }
 
-    /// Whether enough is left for a stage beside what has to be kept: as recorded or, when it is asked for the
-    /// first time, by the time.
+    /// Whether enough is left for a stage beside what has to be kept: as recorded or, when it is asked for
+    /// the first time, by the time.
     ///
     /// # Errors
     /// If the record cannot be written.

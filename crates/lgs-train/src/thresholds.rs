@@ -17,9 +17,9 @@ pub(crate) const SOURCE_SHARE: f64 = 0.72;
 pub(crate) const REFINEMENT_SHARE: f64 = 0.3;
 /// Part of the time left that the last stage may take: the choice of laws by its Gaussians comes after it.
 pub(crate) const LAST_STAGE_SHARE: f64 = 0.93;
-/// Part of the budget that a stage of Gaussians has at least, or it is left out: the first steps of Adam are as
-/// long as its rates allow, whatever the gradient, and a scene that ends after a dozen of them is worse than
-/// before by many decibels.
+/// Part of the budget that a stage of Gaussians has at least, or it is left out: the first steps of Adam are
+/// as long as its rates allow, whatever the gradient, and a scene that ends after a dozen of them is worse
+/// than before by many decibels.
 pub(crate) const LEAST_SHARE: f64 = 0.02;
 /// Seconds over which steps are timed before a pace is set: a thousandth of a budget of a quarter of an hour,
 /// and above the resolution of any clock.

@@ -70,8 +70,8 @@ mod tests {
     use lgs_core::GaussianCloud;
     use lgs_model::MotionConfig;
 
-    /// Raw opacities of a static Gaussian that hardly matters to a loss, and of a dynamic one that does, after
-    /// two hundred steps.
+    /// Raw opacities of a static Gaussian that hardly matters to a loss, and of a dynamic one that does,
+    /// after two hundred steps.
     fn tuned(weight: f32) -> [f32; 2] {
         let device = DeviceName::Cpu.device();
         let cloud = || GaussianCloud::isotropic(vec![[0.0; 3]], 0.1, [0.5; 3], 0.5);
