@@ -207,7 +207,11 @@ fn the_schedule_of_a_time_budget_is_recorded_and_repeated_exactly_also_in_parts(
     let schedule = read_schedule(&whole.join("schedule.json")).expect("a schedule");
     let shortened = schedule.paces.iter().find(|pace| pace.pace > 1.0).expect("thousands of steps");
     std::fs::copy(whole.join("schedule.json"), parts.join("schedule.json")).expect("copy");
-    let stops = [(Stage::Source, 3), (Stage::Source, shortened.step + 2), (Stage::TuneGaussians, 1)];
+    let mut stops = vec![(Stage::Source, 3), (Stage::Source, shortened.step + 2)];
+    // On a slow machine the stages before leave no time for it.
+    if schedule.has_time_for[Stage::TuneGaussians.name()] {
+        stops.push((Stage::TuneGaussians, 1));
+    }
     for stop in stops {
         assert!(matches!(train_in(&parts, Some(stop)), Err(TrainError::Interrupted { .. })), "{stop:?}");
     }
