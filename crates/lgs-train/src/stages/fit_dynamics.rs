@@ -25,6 +25,7 @@ pub struct FitDynamics<'a> {
     seed: u64,
     /// How laws are chosen once more, by the images; not at all without.
     laws: Option<DistillConfig>,
+    /// Whether there is time to seek laws of objects that have none.
     has_time: bool,
 }
 
