@@ -8,7 +8,8 @@ use crate::thresholds::{NEARLY_PROMISING_LEFT, PROMISING, PROMISING_LEFT};
 use rayon::prelude::*;
 
 /// The choice among some candidates and the further ones that are promising; where one of the first explains
-/// the track, these are tried as its rivals, and with them those that have all terms of such a law and one more.
+/// the track, these are tried as its rivals, and with them those that have all terms of such a law and one
+/// more.
 /// What a law leaves may be within the scatter of χ² and tell of a term all the same.
 #[must_use]
 pub fn choose_further(
