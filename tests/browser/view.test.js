@@ -40,15 +40,27 @@ async function open(size = { width: 1000, height: 640 }, hash = '', script = () 
   await settled();
 }
 
+/** What the page has of its panes, for reports of what went wrong. */
+const condition = () => page.evaluate(() => {
+  const { panes, timeline, connection } = window.lagrangegs;
+  const of = ({ serial, shown, dirty, coarse, underway, header }) => (
+    { serial, shown, dirty, coarse, underway: [...underway.keys()], time: header?.time, rolling: header?.rolling });
+  const { textContent } = document.getElementById('status');
+  return { panes: panes.map(of), time: timeline.time, ready: connection.ready, status: textContent };
+});
+
 /** Waits until the panes that are shown show what was asked for last. */
 async function settled() {
-  await page.waitForFunction(() => {
+  const wait = page.waitForFunction(() => {
     const { panes, timeline, page: state } = window.lagrangegs ?? {};
     const seen = panes?.filter((pane) => !pane.element.hidden);
     return state?.hello && seen.every((pane) => pane.header && !pane.dirty
       && pane.shown === pane.serial && !pane.header.rolling && !pane.coarse
       && (pane.last.model === 'truth' || Math.abs(pane.header.time - timeline.time) < 1e-4));
-  }, null, { timeout: 60000 });
+  }, null, { timeout: 60000, polling: 50 });
+  await wait.catch(async (error) => {
+    throw new Error(`${error.message} ${JSON.stringify(await condition())} ${JSON.stringify(faults)}`);
+  });
 }
 
 /** Pixels of a pane, as bytes; in base64 on their way, since lists of numbers take many seconds. */

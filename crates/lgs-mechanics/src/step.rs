@@ -27,7 +27,7 @@ impl Law {
     }
 
     /// The same as [`Self::resolved`] for an edited motion, which may come nearer to a centre or move faster
-    /// than its own.
+    /// than its own. One that hardly moves at all is resolved as finely as its own.
     pub fn resolved_under(
         mut self,
         edit: Edit,
@@ -37,19 +37,21 @@ impl Law {
     ) -> Result<Self, MechanicsError> {
         let times: Vec<f64> =
             (1..=COMPARED_STATES).map(|i| duration * i as f64 / COMPARED_STATES as f64).collect();
-        let mut coarse = System::new(&self, edit).states(start, &times);
+        let at_rest = vec![start.clone(); times.len()];
+        let own = if edit == Edit::NONE {
+            Vec::new()
+        } else {
+            self.states(Edit::NONE, start, &times).unwrap_or_default()
+        };
+        let own_path = self.farthest(&at_rest, &own);
+        let mut coarse = self.states(edit, start, &times);
         for _ in 0..MOST_HALVINGS {
             let mut half = self.clone();
             half.step *= 0.5;
-            let fine = System::new(&half, edit).states(start, &times);
+            let fine = half.states(edit, start, &times);
             if let (Ok(coarse), Ok(fine)) = (&coarse, &fine) {
-                let farthest = |pairs: &mut dyn Iterator<Item = (&[f64], &[f64])>| {
-                    pairs.map(|(a, b)| length(&self.coordinates.difference(a, b))).fold(0.0, f64::max)
-                };
-                let path = farthest(&mut fine.iter().map(|state| (start.x.as_slice(), state.x.as_slice())));
-                let apart =
-                    farthest(&mut coarse.iter().zip(fine).map(|(a, b)| (a.x.as_slice(), b.x.as_slice())));
-                if ERROR_OF_DIFFERENCE * apart <= tolerance * path {
+                let path = self.farthest(&at_rest, fine).max(own_path);
+                if ERROR_OF_DIFFERENCE * self.farthest(coarse, fine) <= tolerance * path {
                     return Ok(self);
                 }
             }
@@ -57,6 +59,16 @@ impl Law {
             coarse = fine;
         }
         coarse.map(|_| self)
+    }
+
+    fn states(&self, edit: Edit, start: &State, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
+        System::new(self, edit).states(start, times)
+    }
+
+    /// The farthest that configurations get from others, pair by pair.
+    fn farthest(&self, some: &[State], others: &[State]) -> f64 {
+        let apart = |(a, b): (&State, &State)| length(&self.coordinates.difference(&a.x, &b.x));
+        some.iter().zip(others).map(apart).fold(0.0, f64::max)
     }
 }
 

@@ -5,7 +5,7 @@ mod common;
 
 use common::{asymmetric, hinge, law, state, tilted, top, tree};
 use glam::{DQuat, DVec3};
-use lgs_mechanics::coordinates::{Coordinates, Inertia, Port, State};
+use lgs_mechanics::coordinates::{Coordinates, Inertia, InertiaForm, Port, State};
 use lgs_mechanics::{Edit, Law, System};
 
 /// A window, and a hundred of them.
@@ -41,6 +41,18 @@ fn an_edited_motion_has_a_step_of_its_own() {
     });
     assert!(by_edited.distance(truth) < 1e-3, "{by_edited} {truth}");
     assert!(by_own.distance(truth) > 0.1, "{by_own}: the step of the motion itself is too long");
+}
+
+#[test]
+fn a_motion_that_an_edit_stops_keeps_its_step() {
+    let inertia = Inertia { form: InertiaForm::Isotropic, ..asymmetric() };
+    let terms: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Center, &[0.0, 0.0, -9.0])];
+    let body = law(Coordinates::Rigid(inertia), &[], &terms);
+    let turned = [0.14949829055136096, -0.47438513504008406, 0.182849223134069, 0.8480419602675858];
+    let start = state(&[&turned[..], &[0.0, 0.0, 1.0]].concat(), &[0.4, -0.6, 2.5, -1.6, -1.5, 0.7]);
+    let stopped = Edit { velocity: 0.0, potential: 0.0, ..Edit::NONE };
+    let under = body.under(stopped, &start, 3.0 * WINDOW);
+    assert_eq!(under.step, body.step, "what is left of it is rounding alone");
 }
 
 #[test]

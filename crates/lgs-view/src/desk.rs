@@ -113,6 +113,9 @@ impl Desk {
 
     /// A picture was sent, so that its page may have another.
     pub(crate) fn sent(&self) {
+        // Outboxes have locks of their own: without this one the news could come after `next` has found the
+        // outbox full and before it waits.
+        let _pages = self.pages();
         self.news.notify_one();
     }
 
@@ -226,5 +229,28 @@ impl Outbox {
             }
             news.await;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+    use std::thread;
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_picture_that_is_sent_while_the_desk_is_looked_through_is_told_of_afterwards() {
+        let desk = Arc::new(Desk::default());
+        let look = desk.pages();
+        let (sender, (told, news)) = (Arc::clone(&desk), mpsc::channel());
+        thread::spawn(move || {
+            sender.sent();
+            told.send(())
+        });
+        assert!(news.recv_timeout(Duration::from_millis(200)).is_err(), "nobody waits for it yet");
+        drop(look);
+        assert!(news.recv_timeout(Duration::from_secs(60)).is_ok());
     }
 }
