@@ -67,6 +67,14 @@ impl Distilled {
         }
     }
 
+    /// The object as particles, if it is one of particles.
+    pub(crate) fn particles(&self) -> Option<&DistilledParticles> {
+        match self {
+            Self::Particles(particles) => Some(particles),
+            Self::Generalised(_) => None,
+        }
+    }
+
     /// Positions of all particles after 0 to `steps` steps of `dt`, under the constraint that stage 1 has
     /// found them with.
     #[must_use]

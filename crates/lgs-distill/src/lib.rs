@@ -54,7 +54,7 @@ pub use laws::linear::terms::{Stiffness, Terms};
 pub use motion::object_motion::PathKind;
 pub use object::{distill, known_impacts, may_be_a_pair};
 pub use poses::{BodyPoses, couple_of_poses, law_of_poses, part_laws_of_poses};
-pub use progress::{DistillProgress, DistillStage};
+pub use progress::{DistillObserver, DistillProgress, DistillStage};
 pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;

@@ -1,7 +1,7 @@
 //! Stage 1 for one object: from its trajectories to its dynamics.
 
 use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
-use crate::distilled::{Distilled, DistilledLaw};
+use crate::distilled::{Distilled, DistilledLaw, DistilledParticles};
 use crate::error::DistillError;
 use crate::laws::generalised::{
     Evidence, GeneralisedLaw, Laws, PartOfWindow, PartSearch, Surroundings, find_law,
@@ -35,7 +35,7 @@ pub fn distill(
 ) -> Result<Distilled, DistillError> {
     let mut prepared = Prepared::new(trajectories, (config, seed), progress)?;
     prepared.find_law(&[], config, seed);
-    prepared.distilled(config, seed, progress)
+    prepared.distilled((config, seed), None, progress)
 }
 
 /// Checks what an object is distilled from: well-formed trajectories, of one particle at least.
@@ -90,11 +90,12 @@ impl Prepared {
         }
     }
 
-    /// The object by its own law, or as particles where that does not describe it.
+    /// The object by its own law, or as particles where that does not describe it; `known` is what they are,
+    /// if that has been found before.
     pub(crate) fn distilled(
         self,
-        config: &DistillConfig,
-        seed: u64,
+        (config, seed): (&DistillConfig, u64),
+        known: Option<&DistilledParticles>,
         progress: &mut dyn FnMut(DistillProgress),
     ) -> Result<Distilled, DistillError> {
         let (motion, law, parts) = match self {
@@ -110,7 +111,10 @@ impl Prepared {
                 return Ok(Distilled::Generalised(Box::new(law)));
             }
         }
-        let mut particles = distill_particles(*motion, config, seed, progress)?;
+        let mut particles = match known {
+            Some(known) => known.clone(),
+            None => distill_particles(*motion, config, seed, progress)?,
+        };
         particles.report.parts = *parts;
         Ok(Distilled::Particles(Box::new(particles)))
     }
@@ -137,12 +141,16 @@ pub fn known_impacts(law: &Law, known: &Known) -> Vec<f64> {
 }
 
 /// Whether two objects can be one system of two bodies, by what is known of their own laws: not if these
-/// explain both, nor if one hits something, since laws of two bodies have neither contact nor impulses.
+/// explain both and one of them needs no force but a constant one, nor if one hits something, since laws of
+/// two bodies have neither contact nor impulses. A force towards a place may be the other body's.
 #[must_use]
 pub fn may_be_a_pair(own: [Option<(&Law, &Known)>; 2]) -> bool {
     let is_explained = |(_, known): (&Law, &Known)| known.verdict == Verdict::Explained;
+    let is_moved_alone = |(law, _): (&Law, &Known)| !law.has_varying_potential();
     let hits = |(law, known): (&Law, &Known)| !law.is_smooth() && known.verdict != Verdict::Outside;
-    !own.iter().all(|law| law.is_some_and(is_explained)) && !own.into_iter().flatten().any(hits)
+    let any = |is: &dyn Fn((&Law, &Known)) -> bool| own.into_iter().flatten().any(is);
+    let are_explained = own.iter().all(|law| law.is_some_and(is_explained));
+    !(are_explained && any(&is_moved_alone)) && !any(&hits)
 }
 
 /// Laws of parts of the window that explain these, where the source does not resolve a length, and errs
@@ -261,5 +269,26 @@ impl GeneralisedLaw {
         let bases = self.bases.iter().map(|base| (base.linear, base.shift)).collect();
         let bodies = Bodies::of_sizes(&shapes.iter().map(|shape| shape.len()).collect::<Vec<_>>());
         DistilledLaw { law: self.law, start: self.start, bodies, bases, known, q0, v0, report }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_mechanics::coordinates::{Coordinates, Port};
+    use lgs_mechanics::terms::Term;
+
+    #[test]
+    fn a_force_towards_a_place_may_be_that_of_another_body() {
+        let law = |name: &str, parameters: usize| {
+            let term = Term::named(name, Port::Whole).unwrap();
+            Law::new(Coordinates::Point, vec![term], vec![1.0; parameters], 0.1).unwrap()
+        };
+        let [falls, is_pulled] = [law("uniform-field", 3), law("central-inverse-square", 4)];
+        let known = Known { verdict: Verdict::Explained, ..Known::default() };
+        let may = |a, b| may_be_a_pair([Some((a, &known)), Some((b, &known))]);
+        assert!(may(&is_pulled, &is_pulled));
+        assert!(!may(&is_pulled, &falls) && !may(&falls, &falls));
+        assert!(may_be_a_pair([Some((&falls, &known)), None]));
     }
 }

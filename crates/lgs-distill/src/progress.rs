@@ -23,3 +23,12 @@ pub enum DistillStage {
     /// Rollout distillation of the networks (Eq. 7).
     Rollout,
 }
+
+/// What looks on while stage 1 of a scene runs.
+pub struct DistillObserver<'a> {
+    /// Is told of an object, the number of objects, and how far the object is.
+    pub progress: &'a mut dyn FnMut(usize, usize, DistillProgress),
+    /// Says whether there is time to distil all objects another time, from the second time on, after those
+    /// that no system follows have been dissolved.
+    pub has_time_for: &'a mut dyn FnMut(usize) -> bool,
+}

@@ -5,7 +5,7 @@ use crate::config::{DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
 use crate::object::{Prepared, couple};
-use crate::progress::DistillProgress;
+use crate::progress::DistillObserver;
 use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
 use crate::thresholds::{LEFT_BY_OTHERS_FRACTION, LIGHTEST, POOR_FORECAST_FRACTION, UNDESCRIBED_FRACTION};
@@ -21,13 +21,12 @@ pub struct SceneDistillation {
     pub objects: Vec<(Vec<usize>, Distilled)>,
 }
 
-/// Distils each object of a partition of the same particles; `progress` also gets the object and the number
-/// of objects. Two objects that act on each other, by a force or by a joint, become one.
+/// Distils each object of a partition of the same particles. Two objects that act on each other, by a force or by a joint, become one.
 ///
 /// A group of particles that no system follows is no object, nor is one that its system forecasts badly while
 /// the motions of others explain it roughly: its particles go to the others or to rest, and all is distilled
-/// again, until something follows every object or none. The partition returned is the one that came of it.
-/// Objects of the paper's networks all stay.
+/// again, until something follows every object or none, or `observer` has no time for it. The partition returned is the one that came of it. Objects of
+/// the paper's networks all stay.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -36,17 +35,20 @@ pub fn distill_objects(
     mut partition: Partition,
     config: &DistillConfig,
     seed: u64,
-    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+    observer: &mut DistillObserver<'_>,
 ) -> Result<SceneDistillation, DistillError> {
     trajectories.validate()?;
     same_length("partition", trajectories.len(), partition.object.len())?;
+    let mut objects: Vec<Object> = Vec::new();
+    let mut round = 1;
     loop {
-        let objects = distil_once(trajectories, &partition, (config, seed), progress)?;
+        objects = distil_once(trajectories, (&partition, &objects), (config, seed), observer)?;
         if config.dynamics == DynamicsKind::Networks {
             return Ok(scene_of(trajectories, objects));
         }
+        round += 1;
         let kept = kept_objects(trajectories, &objects);
-        if !kept.contains(&false) || !kept.contains(&true) {
+        if !kept.contains(&false) || !kept.contains(&true) || !(observer.has_time_for)(round) {
             return Ok(scene_of(trajectories, objects));
         }
         tracing::debug!(?kept, "objects that no system follows are dissolved");
@@ -67,18 +69,19 @@ struct Object {
 }
 
 /// Distils the groups of a partition: first each as a body by itself, then those that act on each other, then
-/// what is left by itself.
+/// what is left by itself. Objects of particles that were found before stay where their particles are the
+/// same: nothing else decides what they are.
 fn distil_once(
     trajectories: &Trajectories,
-    partition: &Partition,
+    (partition, before): (&Partition, &[Object]),
     (config, seed): (&DistillConfig, u64),
-    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+    observer: &mut DistillObserver<'_>,
 ) -> Result<Vec<Object>, DistillError> {
     let own_seed = |group: usize| seed.wrapping_add(group as u64);
     let surroundings = at_rest(trajectories, partition);
     let mut prepared = Vec::with_capacity(partition.objects);
     for group in 0..partition.objects {
-        let mut tell = |p| progress(group, partition.objects, p);
+        let mut tell = |p| (observer.progress)(group, partition.objects, p);
         let own = trajectories.select(&partition.members(group));
         prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
@@ -94,9 +97,12 @@ fn distil_once(
     }
     for (group, prepared) in prepared.into_iter().enumerate() {
         let Some(prepared) = prepared else { continue };
-        let mut tell = |p| progress(group, partition.objects, p);
-        let distilled = prepared.distilled(config, own_seed(group), &mut tell)?;
-        objects.push(Object { groups: vec![group], members: partition.members(group), distilled });
+        let mut tell = |p| (observer.progress)(group, partition.objects, p);
+        let members = partition.members(group);
+        let known = before.iter().find(|object| object.members == members);
+        let known = known.and_then(|object| object.distilled.particles());
+        let distilled = prepared.distilled((config, own_seed(group)), known, &mut tell)?;
+        objects.push(Object { groups: vec![group], members, distilled });
     }
     Ok(objects)
 }

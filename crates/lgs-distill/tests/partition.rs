@@ -2,8 +2,8 @@
 
 use lgs_data::synth;
 use lgs_distill::{
-    DistillConfig, Partition, PartitionConfig, PartitionMethod, SceneDistillation, Trajectories,
-    distill_objects, find_objects, partition,
+    DistillConfig, DistillObserver, Partition, PartitionConfig, PartitionMethod, SceneDistillation,
+    Trajectories, distill_objects, find_objects, partition,
 };
 use rand_distr::{Distribution, Normal};
 
@@ -40,11 +40,21 @@ fn touching() -> Trajectories {
     })
 }
 
+/// Stage 1, with as many rounds as it asks for or with one.
+fn distilled(
+    trajectories: &Trajectories,
+    partition: Partition,
+    config: &DistillConfig,
+    has_time: bool,
+) -> SceneDistillation {
+    let mut observer = DistillObserver { progress: &mut |_, _, _| {}, has_time_for: &mut |_| has_time };
+    distill_objects(trajectories, partition, config, 1, &mut observer).expect("systems")
+}
+
 /// Objects and their systems, with default settings.
 fn distilled_scene(trajectories: &Trajectories) -> SceneDistillation {
     let partition = find_objects(trajectories, &PartitionConfig::default()).expect("objects");
-    let config = DistillConfig::default();
-    distill_objects(trajectories, partition, &config, 1, &mut |_, _, _| {}).expect("systems")
+    distilled(trajectories, partition, &DistillConfig::default(), true)
 }
 
 #[test]
@@ -136,12 +146,14 @@ fn what_no_system_follows_is_no_object() {
     let object = (0..343 + 125).map(|i| i32::from(i >= 300)).collect();
     let mut config = DistillConfig::default();
     (config.matching.steps, config.rollout.steps) = (60, 6);
-    let found =
-        distill_objects(&seen, Partition { object, objects: 2 }, &config, 1, &mut |_, _, _| {}).unwrap();
+    let partition = Partition { object, objects: 2 };
+    let found = distilled(&seen, partition.clone(), &config, true);
     assert_eq!((found.partition.objects, found.objects.len()), (1, 1));
     assert!(found.partition.object[..343].iter().all(|&o| o == 0), "what slides joins the block");
     assert!(found.partition.object[343..].iter().all(|&o| o == -1), "what trembles rests");
     assert_eq!(found.objects[0].0.len(), 343);
+    let in_one_round = distilled(&seen, partition, &config, false);
+    assert_eq!(in_one_round.objects.len(), 2, "there is no time to give it up");
 }
 
 #[test]
@@ -161,7 +173,7 @@ fn a_part_that_a_source_follows_badly_belongs_to_its_body() {
         let mut config = DistillConfig { remainder_threshold: 10.0, ..DistillConfig::default() };
         (config.matching.steps, config.rollout.steps) = (60, 6);
         let partition = Partition { object, objects: 2 };
-        distill_objects(&seen, partition, &config, 1, &mut |_, _, _| {}).unwrap().partition.objects
+        distilled(&seen, partition, &config, true).partition.objects
     };
     assert_eq!(found(0.4), 1);
     assert_eq!(found(0.05), 2);

@@ -136,6 +136,13 @@ impl Law {
         self.terms.iter().all(|term| term.kind.role() == Role::Conserves)
     }
 
+    /// Whether a force depends on where the bodies are: on their places, on angles, or on each other's.
+    #[must_use]
+    pub fn has_varying_potential(&self) -> bool {
+        let varies = |term: &Term| term.kind.role() == Role::Conserves && term.kind.name() != "uniform-field";
+        self.terms.iter().any(varies)
+    }
+
     /// Kinetic energy per mass.
     #[must_use]
     pub fn kinetic_energy(&self, state: &State) -> f64 {

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use lgs_data::dataset::{Dataset, LoadOptions};
+use lgs_distill::DistillObserver;
 use lgs_model::source::load_source;
 use lgs_train::stages::{InitialSceneRequest, initialise_scene};
 use lgs_train::{DeviceName, RunFolder, TrainConfig};
@@ -37,7 +38,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seed: config.seed,
         device: &DeviceName::Cpu.device(),
     };
-    let initial = initialise_scene(&*source, &request, &mut |_, _, _| {})?;
+    let mut observer = DistillObserver { progress: &mut |_, _, _| {}, has_time_for: &mut |_| true };
+    let initial = initialise_scene(&*source, &request, &mut observer)?;
     println!("{}", serde_json::to_string_pretty(&initial.reports)?);
     Ok(())
 }

@@ -8,6 +8,7 @@ use burn::tensor::Device;
 use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
+use lgs_distill::{DistillObserver, DistillProgress};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{
     LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
@@ -22,7 +23,8 @@ use crate::import::imported_source;
 use crate::run_folder::RunFolder;
 use crate::source::SourceTrainer;
 use crate::stages::{
-    FitDynamics, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians, initialise_scene, save_rows,
+    FitDynamics, InitialScene, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians,
+    initialise_scene, save_rows,
 };
 use crate::training_loop::TrainingLoop;
 use crate::window::{check_window, end_of_window, learns_no_motion};
@@ -220,21 +222,31 @@ impl Pipeline<'_> {
         };
         let gaussians = source.len();
         self.training_loop().with_budget(|budget| budget.begin(Stage::Distill, self.config.last_stage));
-        let initial = initialise_scene(source, &request, &mut |object, objects, p| {
+        let mut tell = |object: usize, objects: usize, p: DistillProgress| {
             let (step, steps) = (object * p.steps + p.step, objects * p.steps);
             let loss = p.loss.unwrap_or(0.0);
             let left_secs = self.budget.as_ref().map(|budget| budget.borrow().left());
             let stage = Stage::Distill;
             (control.progress)(Progress { stage, step, steps, loss, psnr: None, gaussians, left_secs });
-        })?;
+        };
+        let mut has_time_for =
+            |round| self.budget.as_ref().is_none_or(|budget| budget.borrow_mut().has_time_for_round(round));
+        let mut observer = DistillObserver { progress: &mut tell, has_time_for: &mut has_time_for };
+        let initial = initialise_scene(source, &request, &mut observer)?;
         self.training_loop().with_budget(Budget::end);
+        self.save_distilled(&initial)?;
+        Ok(initial.scene)
+    }
+
+    /// Writes the report of stage 1, and the checkpoint of its end.
+    fn save_distilled(&self, initial: &InitialScene) -> Result<(), TrainError> {
         let path = self.run.distillation_path();
         let json = serde_json::to_vec_pretty(&initial.reports)
             .map_err(|e| FileError::new("write file", &path, e.into()))?;
         write_atomically(&path, |w| w.write_all(&json))?;
         save_rows(&initial.source_rows, &self.run.source_rows_path())?;
         self.checkpoints.save(Stage::Distill, 0, scene_to_tensors(&initial.scene, CHECKPOINT_FORMAT))?;
-        Ok(initial.scene)
+        Ok(())
     }
 
     /// Whether a stage does not run: the configuration leaves it out, there is nothing to train or no image

@@ -11,7 +11,7 @@ use burn::tensor::Device;
 use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
-    DistillConfig, DistillProgress, DistillReport, Distilled, DistilledLaw, DistilledParticles,
+    DistillConfig, DistillObserver, DistillReport, Distilled, DistilledLaw, DistilledParticles,
     PartitionConfig, SceneDistillation, Trajectories, find_objects_beside,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
@@ -70,7 +70,7 @@ pub struct InitialSceneRequest<'a> {
 pub fn initialise_scene(
     source: &dyn SourceModel,
     request: &InitialSceneRequest<'_>,
-    progress: &mut dyn FnMut(usize, usize, DistillProgress),
+    observer: &mut DistillObserver<'_>,
 ) -> Result<InitialScene, TrainError> {
     let times = sampled_times(source, request.time_window, request.motion.dt);
     let dt = times[1] - times[0];
@@ -96,7 +96,7 @@ pub fn initialise_scene(
     let partition = found.with_only(&seen);
     let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
     let handled = HandledThings::of(source, window, &object);
-    let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), progress)?;
+    let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), observer)?;
     let tracks = SourceTracks { source, times: &trajectories.times };
     let recorder = Recorder { tracks, trajectories: &trajectories, config: &object, handled: &handled };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))

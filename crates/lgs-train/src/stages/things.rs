@@ -2,7 +2,7 @@
 //! distilled by themselves, all other objects as if they were not there (method §5.4).
 
 use lgs_distill::{
-    DistillConfig, DistillError, DistillProgress, Distilled, DynamicsKind, Partition, SceneDistillation,
+    DistillConfig, DistillError, DistillObserver, Distilled, DynamicsKind, Partition, SceneDistillation,
     Trajectories, distill_handled, distill_objects, is_handled,
 };
 use lgs_model::source::SourceModel;
@@ -32,16 +32,16 @@ impl<'a> HandledThings<'a> {
         self.source.carried().get(row).is_some_and(|thing| self.numbers.contains(thing))
     }
 
-    /// Stage 1 of a scene with them; `progress` is told of the other objects.
+    /// Stage 1 of a scene with them; `observer` is told of the other objects.
     pub(super) fn distilled(
         &self,
         trajectories: &Trajectories,
         partition: Partition,
         (config, seed): (&DistillConfig, u64),
-        progress: &mut dyn FnMut(usize, usize, DistillProgress),
+        observer: &mut DistillObserver<'_>,
     ) -> Result<SceneDistillation, DistillError> {
         if self.numbers.is_empty() {
-            return distill_objects(trajectories, partition, config, seed, progress);
+            return distill_objects(trajectories, partition, config, seed, observer);
         }
         let others: Vec<usize> = (0..trajectories.len()).filter(|&row| !self.has(row)).collect();
         let found = distill_objects(
@@ -49,7 +49,7 @@ impl<'a> HandledThings<'a> {
             among(&partition, &others),
             config,
             seed,
-            progress,
+            observer,
         )?;
         let of_all = |(members, distilled): (Vec<usize>, Distilled)| {
             (members.into_iter().map(|i| others[i]).collect::<Vec<usize>>(), distilled)
