@@ -150,7 +150,8 @@ pub fn may_be_a_pair(own: [Option<(&Law, &Known)>; 2]) -> bool {
     let hits = |(law, known): (&Law, &Known)| !law.is_smooth() && known.verdict != Verdict::Outside;
     let any = |is: &dyn Fn((&Law, &Known)) -> bool| own.into_iter().flatten().any(is);
     let are_explained = own.iter().all(|law| law.is_some_and(is_explained));
-    !(are_explained && any(&is_moved_alone)) && !any(&hits)
+    let are_apart = are_explained && any(&is_moved_alone);
+    !are_apart && !any(&hits)
 }
 
 /// Laws of parts of the window that explain these, where the source does not resolve a length, and errs

@@ -24,11 +24,16 @@ pub enum DistillStage {
     Rollout,
 }
 
-/// What looks on while stage 1 of a scene runs.
-pub struct DistillObserver<'a> {
-    /// Is told of an object, the number of objects, and how far the object is.
-    pub progress: &'a mut dyn FnMut(usize, usize, DistillProgress),
-    /// Says whether there is time to distil all objects another time, from the second time on, after those
-    /// that no system follows have been dissolved.
-    pub has_time_for: &'a mut dyn FnMut(usize) -> bool,
+/// What looks on while stage 1 of a scene runs; `()` does nothing and has time.
+pub trait DistillObserver {
+    /// Is told how far an object is, with its number and that of all objects.
+    fn progress(&mut self, _object: usize, _objects: usize, _progress: DistillProgress) {}
+
+    /// Whether there is time to distil all objects another time, the `round`th (from the second on), after
+    /// those that no system follows have been dissolved.
+    fn has_time_for(&mut self, _round: usize) -> bool {
+        true
+    }
 }
+
+impl DistillObserver for () {}

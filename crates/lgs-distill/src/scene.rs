@@ -21,12 +21,13 @@ pub struct SceneDistillation {
     pub objects: Vec<(Vec<usize>, Distilled)>,
 }
 
-/// Distils each object of a partition of the same particles. Two objects that act on each other, by a force or by a joint, become one.
+/// Distils each object of a partition of the same particles. Two objects that act on each other, by a force
+/// or by a joint, become one.
 ///
 /// A group of particles that no system follows is no object, nor is one that its system forecasts badly while
 /// the motions of others explain it roughly: its particles go to the others or to rest, and all is distilled
-/// again, until something follows every object or none, or `observer` has no time for it. The partition returned is the one that came of it. Objects of
-/// the paper's networks all stay.
+/// again, until something follows every object or none, or `observer` has no time for it. The partition
+/// returned is the one that came of it. Objects of the paper's networks all stay.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -35,7 +36,7 @@ pub fn distill_objects(
     mut partition: Partition,
     config: &DistillConfig,
     seed: u64,
-    observer: &mut DistillObserver<'_>,
+    observer: &mut dyn DistillObserver,
 ) -> Result<SceneDistillation, DistillError> {
     trajectories.validate()?;
     same_length("partition", trajectories.len(), partition.object.len())?;
@@ -48,7 +49,7 @@ pub fn distill_objects(
         }
         round += 1;
         let kept = kept_objects(trajectories, &objects);
-        if !kept.contains(&false) || !kept.contains(&true) || !(observer.has_time_for)(round) {
+        if !kept.contains(&false) || !kept.contains(&true) || !observer.has_time_for(round) {
             return Ok(scene_of(trajectories, objects));
         }
         tracing::debug!(?kept, "objects that no system follows are dissolved");
@@ -75,13 +76,13 @@ fn distil_once(
     trajectories: &Trajectories,
     (partition, before): (&Partition, &[Object]),
     (config, seed): (&DistillConfig, u64),
-    observer: &mut DistillObserver<'_>,
+    observer: &mut dyn DistillObserver,
 ) -> Result<Vec<Object>, DistillError> {
     let own_seed = |group: usize| seed.wrapping_add(group as u64);
     let surroundings = at_rest(trajectories, partition);
     let mut prepared = Vec::with_capacity(partition.objects);
     for group in 0..partition.objects {
-        let mut tell = |p| (observer.progress)(group, partition.objects, p);
+        let mut tell = |p| observer.progress(group, partition.objects, p);
         let own = trajectories.select(&partition.members(group));
         prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
@@ -97,7 +98,7 @@ fn distil_once(
     }
     for (group, prepared) in prepared.into_iter().enumerate() {
         let Some(prepared) = prepared else { continue };
-        let mut tell = |p| (observer.progress)(group, partition.objects, p);
+        let mut tell = |p| observer.progress(group, partition.objects, p);
         let members = partition.members(group);
         let known = before.iter().find(|object| object.members == members);
         let known = known.and_then(|object| object.distilled.particles());

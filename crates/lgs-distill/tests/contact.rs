@@ -65,8 +65,7 @@ impl Falling {
 
     fn law(&self) -> DistilledLaw {
         let (seen, partition) = self.trajectories();
-        let found =
-            distill_objects(&seen, partition, &DistillConfig::default(), 1, &mut |_, _, _| {}).unwrap();
+        let found = distill_objects(&seen, partition, &DistillConfig::default(), 1, &mut ()).unwrap();
         let Distilled::Generalised(law) = &found.objects[0].1 else { panic!("a law") };
         (**law).clone()
     }

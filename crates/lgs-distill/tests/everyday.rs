@@ -45,7 +45,7 @@ impl Seen {
 
     fn law(&self, config: &DistillConfig) -> DistilledLaw {
         let partition = Partition { object: self.truth.object.clone(), objects: 1 };
-        let found = distill_objects(&self.window, partition, config, 1, &mut |_, _, _| {}).unwrap();
+        let found = distill_objects(&self.window, partition, config, 1, &mut ()).unwrap();
         let Distilled::Generalised(law) = &found.objects[0].1 else { panic!("a law") };
         (**law).clone()
     }

@@ -40,6 +40,15 @@ fn touching() -> Trajectories {
     })
 }
 
+/// Has no time for another round.
+struct OneRound;
+
+impl DistillObserver for OneRound {
+    fn has_time_for(&mut self, _round: usize) -> bool {
+        false
+    }
+}
+
 /// Stage 1, with as many rounds as it asks for or with one.
 fn distilled(
     trajectories: &Trajectories,
@@ -47,8 +56,8 @@ fn distilled(
     config: &DistillConfig,
     has_time: bool,
 ) -> SceneDistillation {
-    let mut observer = DistillObserver { progress: &mut |_, _, _| {}, has_time_for: &mut |_| has_time };
-    distill_objects(trajectories, partition, config, 1, &mut observer).expect("systems")
+    let observer: &mut dyn DistillObserver = if has_time { &mut () } else { &mut OneRound };
+    distill_objects(trajectories, partition, config, 1, observer).expect("systems")
 }
 
 /// Objects and their systems, with default settings.

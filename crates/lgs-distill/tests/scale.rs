@@ -48,7 +48,7 @@ fn found(scale: f64, shift: f64) -> SceneDistillation {
         ..objects
     };
     let partition = find_objects(&trajectories, &objects).expect("objects");
-    distill_objects(&trajectories, partition, &config, 1, &mut |_, _, _| {}).expect("laws")
+    distill_objects(&trajectories, partition, &config, 1, &mut ()).expect("laws")
 }
 
 fn law(object: &Distilled) -> &Law {

@@ -7,7 +7,6 @@
 use std::path::Path;
 
 use lgs_data::dataset::{Dataset, LoadOptions};
-use lgs_distill::DistillObserver;
 use lgs_model::source::load_source;
 use lgs_train::stages::{InitialSceneRequest, initialise_scene};
 use lgs_train::{DeviceName, RunFolder, TrainConfig};
@@ -38,8 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seed: config.seed,
         device: &DeviceName::Cpu.device(),
     };
-    let mut observer = DistillObserver { progress: &mut |_, _, _| {}, has_time_for: &mut |_| true };
-    let initial = initialise_scene(&*source, &request, &mut observer)?;
+    let initial = initialise_scene(&*source, &request, &mut ())?;
     println!("{}", serde_json::to_string_pretty(&initial.reports)?);
     Ok(())
 }

@@ -13,8 +13,8 @@ pub(crate) const EVENT_INTERVAL: usize = 10;
 /// Part of the time left that the source may take where all stages follow: measured on scenes with several
 /// objects, stages 1 and 2 then have a tenth and the Gaussians of the scene the rest.
 pub(crate) const SOURCE_SHARE: f64 = 0.72;
-/// Part of the time left that stage 1 may take if it goes into further rounds: as long is kept for each of the
-/// two choices of laws by images.
+/// Part of the time left that stage 1 may take if it goes into further rounds: as long is kept for each of
+/// the two choices of laws by images.
 pub(crate) const DISTILL_SHARE: f64 = 0.15;
 /// Part of the time left that the refinement before stage 2 may take.
 pub(crate) const REFINEMENT_SHARE: f64 = 0.3;

@@ -8,8 +8,7 @@ use glam::DVec3;
 use lgs_core::geometry::{inverse, outer, wide};
 use lgs_data::synth::{self, GroundTruth};
 use lgs_distill::{
-    DistillConfig, DistillObserver, Distilled, DistilledLaw, Partition, SceneDistillation, Trajectories,
-    distill_objects,
+    DistillConfig, Distilled, DistilledLaw, Partition, SceneDistillation, Trajectories, distill_objects,
 };
 use lgs_mechanics::Edit;
 use lgs_mechanics::bands::Verdict;
@@ -55,13 +54,7 @@ pub(super) fn measured(scene: &str, seed: u64, noise: f32) -> Result<Row, AnyErr
     let objects = truth.object.iter().max().map_or(0, |last| (last + 1) as usize);
     let partition = Partition { object: truth.object.clone(), objects };
     let seen = window(&truth.points, noise, seed);
-    let found = distill_objects(
-        &seen,
-        partition,
-        &DistillConfig::default(),
-        1,
-        &mut DistillObserver { progress: &mut |_, _, _| {}, has_time_for: &mut |_| true },
-    )?;
+    let found = distill_objects(&seen, partition, &DistillConfig::default(), 1, &mut ())?;
     let seconds = clock.elapsed().as_secs_f64();
     let own = |object: &Distilled| object.report().generalised.as_ref().map(|law| law.known.clone());
     let known: Vec<_> = found.objects.iter().map(|(_, object)| own(object).unwrap_or_default()).collect();

@@ -1,5 +1,6 @@
 //! The whole of training, stage by stage, each from where a checkpoint left it.
 
+mod observer;
 mod settled;
 
 use std::cell::RefCell;
@@ -8,7 +9,6 @@ use burn::tensor::Device;
 use lgs_core::spatial_order;
 use lgs_data::dataset::Dataset;
 use lgs_data::files::{FileError, write_atomically};
-use lgs_distill::{DistillObserver, DistillProgress};
 use lgs_model::source::{SourceModel, load_source};
 use lgs_model::{
     LagrangianScene, MotionConfig, ObjectModel, save_scene, scene_from_tensors, scene_to_tensors,
@@ -17,7 +17,7 @@ use lgs_model::{
 use crate::budget::Budget;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
-use crate::driver::{Control, Progress, SceneTrainer, Trainer};
+use crate::driver::{Control, SceneTrainer, Trainer};
 use crate::error::TrainError;
 use crate::import::imported_source;
 use crate::run_folder::RunFolder;
@@ -28,6 +28,7 @@ use crate::stages::{
 };
 use crate::training_loop::TrainingLoop;
 use crate::window::{check_window, end_of_window, learns_no_motion};
+use observer::Observer;
 use settled::warn_of;
 
 /// The models of a finished run.
@@ -222,16 +223,7 @@ impl Pipeline<'_> {
         };
         let gaussians = source.len();
         self.training_loop().with_budget(|budget| budget.begin(Stage::Distill, self.config.last_stage));
-        let mut tell = |object: usize, objects: usize, p: DistillProgress| {
-            let (step, steps) = (object * p.steps + p.step, objects * p.steps);
-            let loss = p.loss.unwrap_or(0.0);
-            let left_secs = self.budget.as_ref().map(|budget| budget.borrow().left());
-            let stage = Stage::Distill;
-            (control.progress)(Progress { stage, step, steps, loss, psnr: None, gaussians, left_secs });
-        };
-        let mut has_time_for =
-            |round| self.budget.as_ref().is_none_or(|budget| budget.borrow_mut().has_time_for_round(round));
-        let mut observer = DistillObserver { progress: &mut tell, has_time_for: &mut has_time_for };
+        let mut observer = Observer { budget: self.budget.as_ref(), control, gaussians };
         let initial = initialise_scene(source, &request, &mut observer)?;
         self.training_loop().with_budget(Budget::end);
         self.save_distilled(&initial)?;

@@ -70,7 +70,8 @@ impl Pipeline<'_> {
         scene: LagrangianScene,
     ) -> Result<(LagrangianScene, f64), TrainError> {
         let is_fitted = !self.is_left_out(Stage::FitDynamics, &scene);
-        if !is_fitted || self.is_left_out(Stage::TuneGaussians, &scene) {
+        let are_tuned = !self.is_left_out(Stage::TuneGaussians, &scene);
+        if !is_fitted || !are_tuned || !self.has_time_for(Stage::TuneGaussians)? {
             return Ok((scene, 0.0));
         }
         Ok(self.fit_dynamics(scene)?.with_laws_of_images())

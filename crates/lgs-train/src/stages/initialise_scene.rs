@@ -70,7 +70,7 @@ pub struct InitialSceneRequest<'a> {
 pub fn initialise_scene(
     source: &dyn SourceModel,
     request: &InitialSceneRequest<'_>,
-    observer: &mut DistillObserver<'_>,
+    observer: &mut dyn DistillObserver,
 ) -> Result<InitialScene, TrainError> {
     let times = sampled_times(source, request.time_window, request.motion.dt);
     let dt = times[1] - times[0];

@@ -38,7 +38,7 @@ impl<'a> HandledThings<'a> {
         trajectories: &Trajectories,
         partition: Partition,
         (config, seed): (&DistillConfig, u64),
-        observer: &mut DistillObserver<'_>,
+        observer: &mut dyn DistillObserver,
     ) -> Result<SceneDistillation, DistillError> {
         if self.numbers.is_empty() {
             return distill_objects(trajectories, partition, config, seed, observer);
