@@ -7,8 +7,8 @@ import { join } from 'node:path';
 import readline from 'node:readline';
 import { test as unbounded } from 'node:test';
 
-/** A test that fails when it hangs, which its page's scripts might without end; on a busy machine it may take minutes. */
-export const test = (name, body) => unbounded(name, { timeout: 600000 }, body);
+/** A test that fails when it hangs, which its page's scripts might without end. */
+export const test = (name, body) => unbounded(name, { timeout: 300000 }, body);
 
 const built = new URL('../../target/release/lagrangegs', import.meta.url).pathname;
 const program = process.env.LAGRANGEGS ?? built;

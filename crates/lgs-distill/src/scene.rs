@@ -70,8 +70,8 @@ struct Object {
 }
 
 /// Distils the groups of a partition: first each as a body by itself, then those that act on each other, then
-/// what is left by itself. Objects of particles that were found before stay where their particles are the
-/// same: nothing else decides what they are.
+/// what is left by itself. Objects of particles that were found `before` stay where their particles are the
+/// same: only these, the configuration and the seed decide what they are.
 fn distil_once(
     trajectories: &Trajectories,
     (partition, before): (&Partition, &[Object]),

@@ -117,8 +117,8 @@ impl Budget {
     /// those before did on average: as recorded, or by the time.
     pub(crate) fn has_time_for_round(&mut self, round: usize) -> bool {
         let Some(Current { begun, .. }) = self.current else { return true };
-        let part = (self.used() - begun) / (self.secs - begun).max(0.0);
-        let fits = part * round as f64 <= DISTILL_SHARE * (round - 1) as f64;
+        let of_a_round = (self.used() - begun) / (round - 1) as f64;
+        let fits = of_a_round * round as f64 <= DISTILL_SHARE * (self.secs - begun);
         *self.schedule.has_time_for.entry(format!("{}, round {round}", Stage::Distill.name())).or_insert(fits)
     }
 
