@@ -27,8 +27,8 @@ impl Law {
     }
 
     /// The same as [`Self::resolved`] for an edited motion, which may come nearer to a centre or move faster
-    /// than its own. The tolerance is of the longer of the two paths: a motion that an edit stops has none, and
-    /// rounding errors alone.
+    /// than its own. The tolerance is a part of the longer of the two paths: a motion that an edit stops has
+    /// none, and rounding errors alone.
     pub fn resolved_under(
         mut self,
         edit: Edit,
