@@ -64,6 +64,7 @@ pub mod fit;
 mod integrate;
 mod law;
 mod law_file;
+pub mod mutual_contact;
 pub mod noise;
 mod parameter;
 mod step;

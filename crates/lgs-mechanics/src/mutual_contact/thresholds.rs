@@ -1,0 +1,41 @@
+//! Numbers that decide something about contact between bodies, each with its reason, in one place.
+
+/// Part of the smallest radius that two bodies may come nearer to each other between two looks at them: a
+/// graze that is over sooner is less deep than a hundredth of the radius, `1 − √(1 − (1/8)²)`.
+pub(super) const LOOK: f64 = 0.25;
+/// Looks at the bodies at a time.
+pub(super) const LOOKS: usize = 32;
+/// Fewest and most looks over all of a motion: bodies at rest begin to move, and fast ones have an end.
+pub(super) const LEAST_LOOKS: f64 = 64.0;
+pub(super) const MOST_LOOKS: f64 = 20_000.0;
+/// Most hits that are followed; bodies that lean on each other are hit at every look.
+pub(super) const MOST_HITS: usize = 5_000;
+/// Halvings of the time between two looks by which a hit is found: to 10⁻¹² of it.
+pub(super) const HALVINGS: usize = 40;
+/// Time by which two hits of one body differ at least, as a part of the time followed: the times of events
+/// ascend.
+pub(super) const AFTER: f64 = 1e-12;
+
+// Fits
+
+/// Hits that tell of a contact at least.
+pub(super) const FEWEST_HITS: usize = 1;
+/// Time between the events of two bodies up to which they may be one hit, in intervals between samples: an
+/// impulse is found between the samples before and after it, and tracks smear it over one more.
+pub(super) const SAME_TIME: f64 = 2.0;
+/// Part by which the distance of two centres in a hit may differ from the sum of the radii that their
+/// Gaussians show: these lie below the surface by up to their own size, or above it where a hit is late.
+pub(super) const MOST_APART: f64 = 0.25;
+/// Impulse across the line of the centres over that along it up to which a hit is one of spheres: friction of
+/// solids stays below that.
+pub(super) const MOST_ACROSS: f64 = 0.8;
+/// Largest coefficient of friction.
+pub(super) const MOST_FRICTION: f64 = 1.5;
+/// Times at which motions are compared.
+pub(super) const COMPARED: usize = 48;
+/// Error of a law's places, in radii.
+pub(super) const PLACE_ERROR: f64 = 0.01;
+/// Error of a mass as one hit tells it, relative.
+pub(super) const MASS_PRIOR: f64 = 0.2;
+/// Error of a radius as Gaussians and one hit tell it, relative.
+pub(super) const RADIUS_PRIOR: f64 = 0.05;
