@@ -34,7 +34,7 @@ pub fn distill(
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<Distilled, DistillError> {
     let mut prepared = Prepared::new(trajectories, (config, seed), progress)?;
-    prepared.find_law(&[], config, seed);
+    prepared.find_law(Surroundings::default(), config, seed);
     prepared.distilled((config, seed), None, progress)
 }
 
@@ -233,7 +233,7 @@ pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64)
         return None;
     }
     let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
-    let found = law_of(&shared, &[], config, seed)?;
+    let found = law_of(&shared, Surroundings::default(), config, seed)?;
     if found.is_refuted || found.known.verdict == Verdict::Outside {
         return None;
     }

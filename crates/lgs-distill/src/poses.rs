@@ -3,7 +3,7 @@
 
 use crate::config::DistillConfig;
 use crate::distilled::DistilledLaw;
-use crate::laws::generalised::{Errors, GeneralisedLaw, law_within};
+use crate::laws::generalised::{Errors, GeneralisedLaw, Surroundings, law_within};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::object::{gain, laws, parts_of};
@@ -26,6 +26,8 @@ pub struct BodyPoses {
     pub slow_error: f64,
     /// Places of points at rest, on which the body may fall.
     pub surroundings: Vec<[f64; 3]>,
+    /// Times at which other bodies are struck that this one touches then.
+    pub hits: Vec<f64>,
 }
 
 /// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times,
@@ -54,19 +56,22 @@ struct Observed {
     motion: SharedMotion,
     slow_error: f64,
     surroundings: Vec<[f64; 3]>,
+    hits: Vec<f64>,
 }
 
 impl From<BodyPoses> for Observed {
     fn from(body: BodyPoses) -> Self {
-        let (slow_error, surroundings) = (body.slow_error, body.surroundings.clone());
-        Self { motion: body.into_motion(), slow_error, surroundings }
+        let BodyPoses { slow_error, ref surroundings, ref hits, .. } = body;
+        let (surroundings, hits) = (surroundings.clone(), hits.clone());
+        Self { motion: body.into_motion(), slow_error, surroundings, hits }
     }
 }
 
 /// The likeliest law of bodies.
 fn found(bodies: &[&Observed], config: &DistillConfig, seed: u64) -> Option<GeneralisedLaw> {
     let slow = bodies.iter().map(|body| body.slow_error).fold(0.0, f64::max);
-    let surroundings = &bodies.first()?.surroundings;
+    let Observed { surroundings: at_rest, hits, .. } = bodies.first()?;
+    let surroundings = Surroundings { at_rest, hits };
     let motions: Vec<&SharedMotion> = bodies.iter().map(|body| &body.motion).collect();
     let found = law_within(&motions, (laws(config)?, surroundings), Errors::changing_slowly(slow), seed)?;
     tracing::debug!(law = ?found.law, known = ?found.known, found.is_refuted, "a law of poses");
@@ -127,7 +132,15 @@ mod tests {
         let poses = times.iter().map(|&t| (DMat3::IDENTITY, path(t) + noise(t + path(t).x))).collect();
         let corner = |i: i32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) - 0.5;
         let shape = (0..8).map(|i| 0.4 * corner(i)).collect();
-        BodyPoses { times, poses, deforms: false, shape, slow_error: 0.0, surroundings: Vec::new() }
+        BodyPoses {
+            times,
+            poses,
+            deforms: false,
+            shape,
+            slow_error: 0.0,
+            surroundings: Vec::new(),
+            hits: Vec::new(),
+        }
     }
 
     #[test]

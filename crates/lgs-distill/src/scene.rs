@@ -4,6 +4,7 @@
 use crate::config::{DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
+use crate::laws::generalised::Surroundings;
 use crate::object::{Prepared, couple};
 use crate::progress::DistillObserver;
 use crate::segmentation::partition::Partition;
@@ -79,7 +80,8 @@ fn distil_once(
     observer: &mut dyn DistillObserver,
 ) -> Result<Vec<Object>, DistillError> {
     let own_seed = |group: usize| seed.wrapping_add(group as u64);
-    let surroundings = at_rest(trajectories, partition);
+    let at_rest = at_rest(trajectories, partition);
+    let surroundings = Surroundings { at_rest: &at_rest, hits: &[] };
     let mut prepared = Vec::with_capacity(partition.objects);
     for group in 0..partition.objects {
         let mut tell = |p| observer.progress(group, partition.objects, p);
@@ -87,7 +89,7 @@ fn distil_once(
         prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
     let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
-        own.iter_mut().for_each(|own| own.find_law(&surroundings, config, own_seed(group)));
+        own.iter_mut().for_each(|own| own.find_law(surroundings, config, own_seed(group)));
     };
     prepared.par_iter_mut().enumerate().for_each(of_group);
     let mut objects = Vec::with_capacity(partition.objects);

@@ -224,6 +224,8 @@ pub(crate) const CONTACT_ITERATIONS: usize = 12;
 /// Error of a contact after its first impact over that of impulses up to which it comes before them: less is
 /// no difference in kind.
 pub(crate) const AS_NEAR: f64 = 2.0;
+/// Unknowns of a hit that the body which is hit as well tells of: its time, and two of three for its change.
+pub(crate) const KNOWN_OF_HIT: usize = 3;
 /// Turns of finding where two flights meet, which their speeds at one time tell of another.
 pub(crate) const MEETINGS: usize = 4;
 /// Samples at each side of an impact that a source may smear: beyond, a short flight has too few left.

@@ -116,6 +116,7 @@ fn round_body(grounds: Vec<lgs_mechanics::contact::Ground>) -> Body {
         surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
         grounds,
         is_shell: false,
+        hits: Vec::new(),
     }
 }
 
@@ -251,6 +252,7 @@ fn a_box_falls_on_a_plane_at_rest_and_smooth_motion_has_no_contact() {
         surface,
         grounds: planes(&scattered(&plane, 0.1, 0.01), [0.0, 0.0, 0.3], 0.003),
         is_shell: false,
+        hits: Vec::new(),
     };
     let found = explained(&truth, &start, &body, (0.35, 0.0002, 0)).unwrap();
     let rest = found.states(&[5.0]).unwrap().swap_remove(0);

@@ -65,6 +65,7 @@ fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
         surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
         grounds: Vec::new(),
         is_shell: false,
+        hits: Vec::new(),
     };
     let found = explain(&body, &Observed { times: &times, x: &x, least: [1e-5, 1e-5] }).unwrap();
     assert!(found.law.contact.is_none() && found.law.events.len() == 2, "{:?}", found.law);

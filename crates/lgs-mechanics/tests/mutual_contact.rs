@@ -4,18 +4,21 @@
 mod common;
 
 use common::{law, state};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use lgs_mechanics::contact::Impact;
 use lgs_mechanics::coordinates::{Coordinates, Inertia, Port, State};
-use lgs_mechanics::mutual_contact::{Moving, MutualContact, RoundBody, SeenBody, mutual_contact};
+use lgs_mechanics::mutual_contact::{
+    Moving, MutualContact, RoundBody, SeenBody, SurfaceGaussian, mutual_contact,
+};
 use lgs_mechanics::{Edit, Law};
 
-/// Points of a sphere.
-fn sphere(center: [f64; 3], radius: f64) -> Vec<[f64; 3]> {
+/// Gaussians of a sphere.
+fn sphere(center: [f64; 3], radius: f64) -> Vec<SurfaceGaussian> {
     let point = |k: usize| {
         let (z, turn) = (1.0 - (2 * k + 1) as f64 / 200.0, 2.4 * k as f64);
         let across = f64::sqrt(1.0 - z * z);
-        (DVec3::from(center) + radius * DVec3::new(across * turn.cos(), across * turn.sin(), z)).to_array()
+        let outward = DVec3::new(across * turn.cos(), across * turn.sin(), z);
+        SurfaceGaussian { mean: DVec3::from(center) + radius * outward, covariance: DMat3::ZERO }
     };
     (0..200).map(point).collect()
 }
@@ -23,7 +26,7 @@ fn sphere(center: [f64; 3], radius: f64) -> Vec<[f64; 3]> {
 struct Balls {
     laws: Vec<Law>,
     starts: Vec<State>,
-    points: Vec<Vec<[f64; 3]>>,
+    gaussians: Vec<Vec<SurfaceGaussian>>,
     contact: MutualContact,
 }
 
@@ -47,8 +50,8 @@ fn balls(restitution: f64, friction: f64) -> Balls {
     let contact =
         MutualContact { bodies: (0..3).map(round).collect(), restitution, friction, deviations: [0.0; 2] };
     // Gaussians lie below the surface.
-    let points = (0..3).map(|i| sphere(centers[i], 0.93 * radii[i])).collect();
-    Balls { laws, starts, points, contact }
+    let gaussians = (0..3).map(|i| sphere(centers[i], 0.93 * radii[i])).collect();
+    Balls { laws, starts, gaussians, contact }
 }
 
 impl Balls {
@@ -67,7 +70,8 @@ impl Balls {
     }
 
     fn bodies<'a>(&'a self, laws: &'a [Law]) -> Vec<SeenBody<'a>> {
-        let body = |i: usize| SeenBody { law: &laws[i], start: &self.starts[i], points: &self.points[i] };
+        let body =
+            |i: usize| SeenBody { law: &laws[i], start: &self.starts[i], gaussians: &self.gaussians[i] };
         (0..3).map(body).collect()
     }
 }

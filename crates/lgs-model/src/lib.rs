@@ -16,7 +16,8 @@ pub mod testing;
 mod thresholds;
 
 pub use scene::{
-    Continuation, Dynamics, GeneralisedDynamics, ObjectFields, PartDynamics, ParticleDynamics, Recording,
+    Continuation, Dynamics, GeneralisedDynamics, ObjectContact, ObjectFields, PartDynamics, ParticleDynamics,
+    Recording,
 };
 pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState, mapped_shape};
 pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};

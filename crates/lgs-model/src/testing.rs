@@ -26,6 +26,7 @@ pub fn particles(
         dynamic_gaussians,
         velocities,
         objects: vec![ObjectModel { members, recording: None, dynamics: Dynamics::Particles(particles) }],
+        contact: None,
         shading: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],

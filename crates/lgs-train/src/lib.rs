@@ -15,6 +15,7 @@ mod clock;
 mod cloud_rates;
 mod cloud_tensors;
 pub mod config;
+mod contact;
 mod data_summary;
 pub mod device;
 mod driver;

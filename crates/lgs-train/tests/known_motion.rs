@@ -52,6 +52,7 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
                 velocity_policy: VelocityPolicy::Rigid,
             }),
         }],
+        contact: None,
         shading: None,
         motion: MotionConfig { dt: 0.02, time_window: 0.4 },
         background: [1.0; 3],

@@ -174,6 +174,10 @@ fn edited(scene: &LagrangianScene, edits: &[ObjectEdit]) -> Result<Motion<'stati
         // A recording says nothing of other physics.
         object.recording = None;
     }
+    if let Some(contact) = scene.contact.as_mut().filter(|_| edits.iter().any(|edit| !edit.terms.is_empty()))
+    {
+        contact.replays_window = false;
+    }
     let mut scales: Vec<Edit> = edits.iter().map(ObjectEdit::scales).collect();
     scales.resize(count, Edit::default());
     Ok(Motion::with_edits(scene, scales, Reversal::default()))

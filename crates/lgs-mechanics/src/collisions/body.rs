@@ -19,6 +19,8 @@ pub struct Body {
     pub grounds: Vec<Ground>,
     /// Whether its inertia is that of points which may be its surface alone.
     pub is_shell: bool,
+    /// Times at which others are struck that this one touches then, in the clock of its track, ascending.
+    pub hits: Vec<f64>,
 }
 
 /// Configurations of a body at ascending times.

@@ -11,7 +11,7 @@ use crate::error::MechanicsError;
 use crate::fit::Fitted;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_TIMES, DRAWS, MOST_FRICTION, NEAR_PLANE};
+use crate::thresholds::{COMPARED_TIMES, DRAWS, KNOWN_OF_HIT, MOST_FRICTION, NEAR_PLANE};
 use lgs_core::stream;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -68,6 +68,13 @@ impl Bounced {
             samples: Samples::default(),
             window,
         }
+    }
+
+    /// The same if so many of its impulses are hits of which other bodies tell: time, place and direction of
+    /// each are known then, and its size but for the mass of the body.
+    pub(super) fn knowing_hits(mut self, count: usize) -> Self {
+        self.unknowns -= (KNOWN_OF_HIT * count) as f64;
+        self
     }
 
     /// The same with a further plane at rest, of which the track tells nothing.

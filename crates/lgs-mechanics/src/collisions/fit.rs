@@ -82,7 +82,11 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
     let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
-    let mut found = before_impulses(likeliest(met.chain(told)), struck)?;
+    let contact = likeliest(met.chain(told));
+    let mut found = match struck_by_others(body, seen, &laws) {
+        Some(hit) => likeliest([Some(hit), contact, struck].into_iter().flatten())?,
+        None => before_impulses(contact, struck)?,
+    };
     let about = found.about.first().map_or(DVec3::ZERO, |&about| about.into());
     let is_seen = |plane: &Plane| body.grounds.iter().any(|ground| agree(plane, ground, (about, body)));
     if let Some(contact) = found.law.contact.as_mut().filter(|contact| is_seen(&contact.plane)) {
@@ -100,6 +104,13 @@ fn before_impulses(contact: Option<Bounced>, struck: Option<Bounced>) -> Option<
         }
         (contact, struck) => contact.or(struck),
     }
+}
+
+/// The motion through hits by other bodies, if there are any.
+fn struck_by_others(body: &Body, seen: &Observed, laws: &FlightLaws<'_>) -> Option<Bounced> {
+    let hit = |&time: &f64| Impact { time, change: Vec::new() };
+    let found = through_impulses(seen, laws, &body.hits.iter().map(hit).collect::<Vec<_>>())?;
+    Some(found.knowing_hits(body.hits.len()))
 }
 
 /// The motion after which more impacts make the evidence worse; sets of impacts come in growing order.
@@ -270,5 +281,5 @@ fn body_of(candidate: &Candidate, contact: &Contact) -> Result<Body, MechanicsEr
         }
         None => Vec::new(),
     };
-    Ok(Body { coordinates, centers, spins, surface, grounds: Vec::new(), is_shell: false })
+    Ok(Body { coordinates, centers, spins, surface, grounds: Vec::new(), is_shell: false, hits: Vec::new() })
 }

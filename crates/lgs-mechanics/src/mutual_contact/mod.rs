@@ -1,4 +1,4 @@
-//! Contact between bodies: round ones that hit each other (method §5.8).
+//! Contact between bodies: round ones that hit each other (method §5.9).
 //!
 //! Between hits each body moves by its own law, in whatever coordinates this has. Two bodies hit where the
 //! spheres of their surfaces touch. The impulses of a hit are equal and opposite: along the line of the
@@ -8,11 +8,13 @@ mod fit;
 mod hit;
 mod motion;
 mod seen;
+mod sphere;
 mod thresholds;
 
 pub use fit::{SeenContact, mutual_contact};
 pub use motion::Moving;
 pub use seen::SeenBody;
+pub use sphere::SurfaceGaussian;
 
 use crate::error::MechanicsError;
 use serde::{Deserialize, Serialize};

@@ -3,8 +3,9 @@
 
 use super::RoundBody;
 use super::hit::Struck;
+use super::sphere::{SurfaceGaussian, sphere};
 use super::thresholds::{FEWEST_HITS, MOST_ACROSS, MOST_APART, SAME_TIME};
-use crate::contact::Surface;
+use crate::contact::Impact;
 use crate::coordinates::{Embedding, State};
 use crate::edit::Edit;
 use crate::law::Law;
@@ -18,8 +19,8 @@ pub struct SeenBody<'a> {
     pub law: &'a Law,
     /// Configuration and velocity at t = 0.
     pub start: &'a State,
-    /// Particles of its surface at t = 0, world units.
-    pub points: &'a [[f64; 3]],
+    /// Its opaque Gaussians at t = 0.
+    pub gaussians: &'a [SurfaceGaussian],
 }
 
 /// A hit of two bodies as their laws have it.
@@ -55,15 +56,14 @@ struct Moment<'a> {
 impl<'a> SeenBody<'a> {
     /// Its sphere, if it is round.
     pub(super) fn sphere(&self) -> Option<RoundBody> {
-        let Surface { points, radius } = Surface::of(self.points);
-        let center = *points.first()?;
-        (radius > 0.0).then(|| RoundBody { center, radius, mass: radius.powi(3), hits: Vec::new() })
+        let (center, radius) = sphere(self.gaussians)?;
+        Some(RoundBody { center: center.to_array(), radius, mass: radius.powi(3), hits: Vec::new() })
     }
 
     fn moments(&'a self, sphere: &RoundBody) -> Vec<Moment<'a>> {
         let system = System::new(self.law, Edit::NONE);
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
-        let of_event = |event: &'a crate::contact::Impact| {
+        let of_event = |event: &'a Impact| {
             let state = system.states(self.start, &[event.time]).ok()?.pop()?;
             let center = embedding.placements(&state.x)[0].apply(sphere.center.into());
             Some(Moment { of: self, time: event.time, state, change: &event.change, center })

@@ -26,9 +26,9 @@ pub(super) const SAME_TIME: f64 = 2.0;
 /// Part by which the distance of two centres in a hit may differ from the sum of the radii that their
 /// Gaussians show: these lie below the surface by up to their own size, or above it where a hit is late.
 pub(super) const MOST_APART: f64 = 0.25;
-/// Impulse across the line of the centres over that along it up to which a hit is one of spheres: friction of
-/// solids stays below that.
-pub(super) const MOST_ACROSS: f64 = 0.8;
+/// Impulse across the line of the centres over that along it up to which a hit is one of spheres: that of most
+/// dull solids that rub.
+pub(super) const MOST_ACROSS: f64 = 0.5;
 /// Largest coefficient of friction.
 pub(super) const MOST_FRICTION: f64 = 1.5;
 /// Times at which motions are compared.
@@ -39,3 +39,22 @@ pub(super) const PLACE_ERROR: f64 = 0.01;
 pub(super) const MASS_PRIOR: f64 = 0.2;
 /// Error of a radius as Gaussians and one hit tell it, relative.
 pub(super) const RADIUS_PRIOR: f64 = 0.05;
+
+// Spheres
+
+/// Distance from the mean of an opaque Gaussian, in its standard deviations, at which it is half transparent:
+/// `√(2 ln 2)`.
+pub(super) const HALF_TRANSPARENT: f64 = 1.177_410_022_515_474_7;
+/// Gaussians of a ball at least: a sphere has four unknowns.
+pub(super) const FEWEST_OF_SPHERE: usize = 16;
+/// Rounds of the search for a sphere.
+pub(super) const SPHERE_ROUNDS: usize = 50;
+/// Spread of a ball's Gaussians about its surface, relative: that of a quick source (measured: 0.13, of which
+/// a part is outliers).
+pub(super) const SPHERE_SPREAD: f64 = 0.1;
+/// Relative distance from the sphere beyond which a Gaussian is no part of it.
+pub(super) const OFF_SPHERE: f64 = 0.2;
+/// Shares of a ball's opaque Gaussians that may lie inside of its sphere and outside of it (measured for quick
+/// sources: up to 0.2 and 0.1). Of a body three times as long as it is thick, 0.3 reach beyond any sphere.
+pub(super) const MOST_INSIDE: f64 = 0.3;
+pub(super) const MOST_OUTSIDE: f64 = 0.15;

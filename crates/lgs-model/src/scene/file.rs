@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::recording_file::{insert_recording, read_recording};
-use super::{LagrangianScene, MotionConfig, ObjectModel};
+use super::{LagrangianScene, MotionConfig, ObjectContact, ObjectModel};
 use crate::shading::Shading;
 use crate::tensor_file::{TensorFile, TensorFileError};
 use lgs_core::{CloudError, GaussianCloud};
@@ -13,6 +13,9 @@ use lgs_core::{CloudError, GaussianCloud};
 const FORMAT: &str = "lagrangegs-scene/2";
 /// The version before, whose objects all have the dynamics of particles.
 const FORMAT_OF_PARTICLES: &str = "lagrangegs-scene/1";
+
+/// Name under which objects that hit each other are kept.
+const CONTACT: &str = "contact";
 
 /// Why a scene could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -106,6 +109,9 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     }
     file.set_metadata("motion", json(&scene.motion));
     file.set_metadata("objects", scene.objects.len().to_string());
+    if let Some(contact) = &scene.contact {
+        file.set_metadata(CONTACT, json(contact));
+    }
     for (index, object) in scene.objects.iter().enumerate() {
         let rows = [object.members.start as u32, object.members.end as u32];
         file.insert_indices(format!("object.{index}.rows"), &[2], &rows);
@@ -141,15 +147,29 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     let motion = read_motion(file)?;
     let objects = read_objects(file, dynamic_gaussians.len())?;
     let shading = Shading::read_from(file, static_gaussians.len() + dynamic_gaussians.len())?;
-    Ok(LagrangianScene {
+    let contact = None;
+    let mut scene = LagrangianScene {
         static_gaussians,
         dynamic_gaussians,
         velocities,
         objects,
+        contact,
         shading,
         motion,
         background,
-    })
+    };
+    if file.metadata(CONTACT).is_ok() {
+        scene.contact = Some(read_contact(file, &scene)?);
+    }
+    Ok(scene)
+}
+
+fn read_contact(file: &TensorFile, scene: &LagrangianScene) -> Result<ObjectContact, TensorFileError> {
+    let contact: ObjectContact = file.metadata_json(CONTACT)?;
+    match contact.misfit(scene) {
+        Some(found) => Err(file.field(CONTACT, "bodies that objects of the scene are", found)),
+        None => Ok(contact),
+    }
 }
 
 fn read_motion(file: &TensorFile) -> Result<MotionConfig, TensorFileError> {

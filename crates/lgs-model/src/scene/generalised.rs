@@ -144,7 +144,7 @@ impl GeneralisedDynamics {
 }
 
 /// An edit in double precision.
-fn exact(edit: Edit) -> lgs_mechanics::Edit {
+pub(super) fn exact(edit: Edit) -> lgs_mechanics::Edit {
     lgs_mechanics::Edit {
         velocity: f64::from(edit.velocity_scale),
         potential: f64::from(edit.potential_scale),

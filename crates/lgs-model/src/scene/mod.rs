@@ -4,6 +4,7 @@
 //! Dynamic Gaussians are stored object by object, so that an object is a range of rows. Exports and renders
 //! list the static Gaussians first and the dynamic ones behind them, at every time in the same order.
 
+mod contact;
 mod continuation;
 mod dynamics;
 mod dynamics_file;
@@ -23,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::shading::Shading;
 
+pub use contact::ObjectContact;
 pub use continuation::{Continuation, PartDynamics};
 pub use dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, ParticleDynamics};
 pub use file::{
@@ -73,6 +75,8 @@ pub struct LagrangianScene {
     pub velocities: Vec<[f32; 3]>,
     /// Objects in the order of their rows.
     pub objects: Vec<ObjectModel>,
+    /// Objects that hit each other, if any were seen to.
+    pub contact: Option<ObjectContact>,
     /// How the Gaussians are lit over time, static first, then dynamic; nothing where colours are constant.
     pub shading: Option<Shading>,
     /// Integration settings.

@@ -8,10 +8,10 @@ use lgs_dynamics::tensor::processor;
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State};
 use lgs_mechanics::Law;
 
+use super::contact::EditedLaws;
 use super::dynamics::{Dynamics, GeneralisedDynamics, ObjectFields, Stretch};
 use super::recording::Recording;
 use super::{LagrangianScene, ObjectModel};
-use crate::thresholds::RESOLVED_WINDOWS;
 
 /// Positions, velocities and accumulated rotations of all dynamic Gaussians at one time; rows as in the
 /// scene.
@@ -25,8 +25,7 @@ pub struct Motion<'a> {
     scene: Cow<'a, LagrangianScene>,
     /// One for each object.
     edits: Vec<Edit>,
-    /// The laws of edited objects whose motion needs a finer step.
-    laws: Vec<Option<Law>>,
+    laws: EditedLaws,
     reversal: Reversal,
     /// Where particles are rolled forwards.
     device: Device,
@@ -47,16 +46,7 @@ impl<'a> Motion<'a> {
         assert_eq!(edits.len(), scene.objects.len(), "edits of the objects");
         let velocities = scene.start_velocities_of(&edits);
         let start = SceneState::at_start(scene.dynamic_gaussians.means.clone(), velocities);
-        let until = RESOLVED_WINDOWS * f64::from(scene.motion.time_window);
-        let resolved = |(object, &edit): (&ObjectModel, &Edit)| match object
-            .dynamics
-            .generalised()?
-            .law_under(edit, until)
-        {
-            Cow::Owned(law) => Some(law),
-            Cow::Borrowed(_) => None,
-        };
-        let laws = scene.objects.iter().zip(&edits).map(resolved).collect();
+        let laws = EditedLaws::new(&scene, &edits);
         let (forward, backward) = (vec![start.clone()], vec![start]);
         Self { scene, edits, laws, reversal, device: processor(), forward, backward }
     }
@@ -79,6 +69,7 @@ impl<'a> Motion<'a> {
     pub fn state_at(&mut self, t: f32) -> SceneState {
         let until = RolloutSpec::until(t.abs(), self.scene.motion.dt);
         let direction = Direction::of(t);
+        self.laws.follow(&self.scene, &self.edits, f64::from(t));
         self.extend(until.steps, direction);
         let state = &self.states_of(direction)[until.steps];
         let from = self.grid_time(until.steps, direction);
@@ -124,7 +115,7 @@ impl<'a> Motion<'a> {
         let ObjectModel { members, dynamics, .. } = &self.scene.objects[object];
         let points = &self.scene.dynamic_gaussians.means[members.clone()];
         let edited = (self.edits[object], time);
-        dynamics.fields(points, &part_of(state, members), edited, self.laws[object].as_ref())
+        dynamics.fields(points, &part_of(state, members), edited, self.laws.of(object))
     }
 
     fn states_of(&self, direction: Direction) -> &Vec<SceneState> {
@@ -140,9 +131,10 @@ impl<'a> Motion<'a> {
         if missing == 0 {
             return;
         }
-        let (last, dt) = (&states[states.len() - 1], self.scene.motion.dt);
-        let from = self.grid_time(states.len() - 1, direction);
-        let more = self.advance(last, self.stretch(from, dt, missing.max(CHUNK_STEPS), direction));
+        let (kept, missing, dt) = (states.len() - 1, missing.max(CHUNK_STEPS), self.scene.motion.dt);
+        self.laws.follow(&self.scene, &self.edits, self.grid_time(kept + missing, direction));
+        let last = &self.states_of(direction)[kept];
+        let more = self.advance(last, self.stretch(self.grid_time(kept, direction), dt, missing, direction));
         match direction {
             Direction::Forward => self.forward.extend(more),
             Direction::Backward => self.backward.extend(more),
@@ -162,10 +154,10 @@ impl<'a> Motion<'a> {
     /// The states after each step of a stretch from `start`.
     fn advance(&self, start: &SceneState, stretch: Stretch) -> Vec<SceneState> {
         let mut states: Vec<SceneState> = (0..stretch.steps).map(|_| SceneState::default()).collect();
-        for ((object, &edit), law) in self.scene.objects.iter().zip(&self.edits).zip(&self.laws) {
+        for (index, (object, &edit)) in self.scene.objects.iter().zip(&self.edits).enumerate() {
             let members = &object.members;
             let points = &self.scene.dynamic_gaussians.means[members.clone()];
-            let rolling = Rolling { edit, law: law.as_ref(), device: &self.device };
+            let rolling = Rolling { edit, law: self.laws.of(index), device: &self.device };
             let path = object.advance(points, (&part_of(start, members), stretch), rolling);
             states.iter_mut().zip(path).for_each(|(state, part)| follow(state, part));
         }

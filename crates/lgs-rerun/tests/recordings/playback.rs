@@ -33,6 +33,7 @@ fn scene() -> LagrangianScene {
             recording: None,
             dynamics: Dynamics::Particles(particles),
         }],
+        contact: None,
         shading: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],

@@ -17,6 +17,7 @@ use lgs_model::{
 use crate::budget::Budget;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Checkpoint, Checkpoints, Stage};
 use crate::config::TrainConfig;
+use crate::contact::with_contact;
 use crate::driver::{Control, SceneTrainer, Trainer};
 use crate::error::TrainError;
 use crate::import::imported_source;
@@ -66,6 +67,7 @@ pub fn train(
     } else {
         pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?
     };
+    let scene = with_contact(scene, dataset.split("train"));
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
 }
@@ -79,6 +81,7 @@ fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> Lagra
         dynamic_gaussians: cloud.select(&[]),
         velocities: Vec::new(),
         objects: Vec::new(),
+        contact: None,
         shading: None,
         motion: MotionConfig { dt, time_window: 1.0 },
         background,

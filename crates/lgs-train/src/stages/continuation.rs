@@ -67,6 +67,7 @@ impl RecordedObject<'_> {
                 dynamics: self.object.dynamics.clone(),
                 recording: Some(recording),
             }],
+            contact: None,
             shading: None,
             motion: self.known.motion,
             background: [0.0; 3],

@@ -251,6 +251,7 @@ mod tests {
                 recording: None,
             }],
             dynamic_gaussians: cloud,
+            contact: None,
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

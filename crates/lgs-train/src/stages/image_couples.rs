@@ -82,6 +82,7 @@ mod tests {
             dynamic_gaussians: cloud,
             velocities: vec![[0.0; 3]; 5],
             objects: vec![sliding(0..1, 1.0), sliding(1..3, 1.0), sliding(3..5, -1.0)],
+            contact: None,
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

@@ -4,11 +4,13 @@
 
 use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, known_impacts, law_of_poses, part_laws_of_poses};
+use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
 use lgs_model::LagrangianScene;
 use rayon::prelude::*;
 
 use super::image_couples::couples;
+use super::image_hits::hits_by_others;
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
@@ -52,6 +54,7 @@ pub(super) fn with_laws_of_images(
         Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
+    let offers = with_hits(offers, &mut bodies, &offer);
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
     if choice.sought == Sought::All {
@@ -59,6 +62,33 @@ pub(super) fn with_laws_of_images(
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
     (best.scene, decibels_between(best.error, before))
+}
+
+/// What bodies offer where others that they touch were struck, as far as the laws of these say so: a law
+/// through hits at these times, if there is one.
+fn with_hits(
+    mut offers: Vec<Offer>,
+    bodies: &mut [(usize, Vec<BodyPoses>)],
+    offer: &(dyn Fn(&(usize, Vec<BodyPoses>)) -> Offer + Sync),
+) -> Vec<Offer> {
+    let laws: Vec<Option<&Law>> = offers.iter().map(|offer| offer.law.as_ref().map(|law| &law.law)).collect();
+    let hits = hits_by_others(bodies, &laws);
+    for ((_, bodies), hits) in bodies.iter_mut().zip(hits) {
+        bodies.iter_mut().for_each(|body| body.hits.clone_from(&hits));
+    }
+    let through_hits = |body: &(usize, Vec<BodyPoses>)| {
+        let is_hit = body.1.iter().any(|body| !body.hits.is_empty());
+        is_hit
+            .then(|| offer(body))
+            .filter(|offer| offer.law.as_ref().is_some_and(|law| !law.law.impulses().is_empty()))
+    };
+    let hit: Vec<Option<Offer>> = bodies.par_iter().map(through_hits).collect();
+    for (offer, hit) in offers.iter_mut().zip(hit) {
+        if let Some(hit) = hit {
+            *offer = hit;
+        }
+    }
+    offers
 }
 
 /// A scene and how well it draws some frames.

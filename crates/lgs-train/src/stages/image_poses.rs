@@ -131,6 +131,7 @@ impl<'a> ImagePoses<'a> {
             shape: points.iter().map(|&p| wide(p) - center).collect(),
             slow_error: (square_error / found.len().max(1) as f64).sqrt(),
             surroundings: self.scene.static_gaussians.means.iter().map(|p| p.map(f64::from)).collect(),
+            hits: Vec::new(),
         }
     }
 

@@ -153,6 +153,7 @@ fn assemble(
         dynamic_gaussians,
         velocities,
         objects,
+        contact: None,
         shading,
         motion: MotionConfig { dt, time_window: request.time_window },
         background: request.background,

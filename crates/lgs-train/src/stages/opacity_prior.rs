@@ -80,6 +80,7 @@ mod tests {
             dynamic_gaussians: cloud(),
             velocities: vec![[0.0; 3]],
             objects: Vec::new(),
+            contact: None,
             shading: None,
             motion: MotionConfig { dt: 0.1, time_window: 1.0 },
             background: [1.0; 3],

@@ -158,6 +158,7 @@ mod tests {
                 recording: Recording::new(TIMES.to_vec(), positions, turns),
             }],
             dynamic_gaussians: cloud,
+            contact: None,
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

@@ -80,3 +80,11 @@ pub(super) const OBSERVED_FRACTION: f64 = 0.1;
 pub(super) const MOST_UNEXPLAINED_BY_BODY: f64 = 0.05;
 /// What a body that deforms leaves of its tracks, over what a rigid one leaves, below which it deforms.
 pub(super) const MOST_LEFT_IF_DEFORMING: f64 = 0.5;
+
+// Hits
+
+/// Distance of two bodies up to which they may touch, in sums of the root mean square distances of their
+/// Gaussians from their middles: these lie below the surface, by a third of the radius at the most.
+pub(super) const TOUCHES: f64 = 2.0;
+/// Times that are one hit differ by at most so many intervals between images.
+pub(super) const SAME_HIT: f64 = 2.0;

@@ -20,8 +20,14 @@ use lgs_mechanics::fit::Fitted;
 use lgs_mechanics::{Candidate, Edit, System};
 use std::f64::consts::{PI, TAU};
 
-/// Places of points at rest around a body.
-pub(crate) type Surroundings<'a> = &'a [[f64; 3]];
+/// What is around a body.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Surroundings<'a> {
+    /// Places of points at rest.
+    pub(crate) at_rest: &'a [[f64; 3]],
+    /// Times at which other bodies are struck that this one touches then, in the clock of its motion.
+    pub(crate) hits: &'a [f64],
+}
 
 /// A law through impacts about a centre of mass.
 pub(super) struct Impacted {
@@ -86,6 +92,7 @@ fn about(
         surface,
         is_shell: turns,
         coordinates,
+        hits: surroundings.hits.to_vec(),
     };
     let bounced = explain(&body, &Observed { times: &observed.times, x: &x, least })?;
     let bounced = with_walls_ahead(bounced, [observed.times[0], motion.duration()], surroundings);
@@ -157,7 +164,7 @@ pub(super) fn grounds(surroundings: Surroundings<'_>, path: &[DVec3], extent: f6
     let reach = NEAR_PATH * extent;
     let is_near =
         |point: &&[f64; 3]| path.iter().any(|center| center.distance(DVec3::from(**point)) <= reach);
-    let near: Vec<[f64; 3]> = surroundings.iter().filter(is_near).copied().collect();
+    let near: Vec<[f64; 3]> = surroundings.at_rest.iter().filter(is_near).copied().collect();
     path.first().map_or_else(Vec::new, |first| planes(&near, first.to_array(), NEAR * extent))
 }
 
@@ -171,7 +178,7 @@ pub(super) fn expected(
     surroundings: Surroundings<'_>,
 ) -> Option<Bounced> {
     let coordinates = &fitted.law.coordinates;
-    if !matches!(coordinates, Coordinates::Point | Coordinates::Rigid(_)) || surroundings.is_empty() {
+    if !matches!(coordinates, Coordinates::Point | Coordinates::Rigid(_)) || surroundings.at_rest.is_empty() {
         return None;
     }
     let window = motion.duration();
@@ -250,7 +257,7 @@ fn is_covered(surroundings: Surroundings<'_>, ground: &Ground, place: DVec3, ext
         point.distance(below) <= WITHIN_REACH * extent && ground.plane.height(*point).abs() <= NEAR * extent
     };
     let angle = |point: DVec3| (point - below).dot(north).atan2((point - below).dot(east));
-    let points = surroundings.iter().map(|point| DVec3::from(*point)).filter(is_near);
+    let points = surroundings.at_rest.iter().map(|point| DVec3::from(*point)).filter(is_near);
     let mut angles: Vec<f64> = points.map(angle).collect();
     angles.sort_by(f64::total_cmp);
     let Some(around) = angles.first().map(|first| first + TAU) else { return false };

@@ -1,7 +1,7 @@
 //! Bands that hold what is not known of a joint or of modes, over many draws of the noise.
 
 use super::known::GeneralisedLaw;
-use super::{Laws, find_law};
+use super::{Laws, Surroundings, find_law};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::testing::block;
@@ -61,7 +61,7 @@ fn the_band_of_a_body_on_a_hinge_holds_what_is_not_known_of_the_hinge() {
     };
     let shares = (0..10).map(|seed| {
         let body = seen(PoseKind::Rigid, seed, &truth);
-        let found = find_law(&[&body], (Laws::All, &[]), 0.0, 1).expect("a law");
+        let found = find_law(&[&body], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law");
         assert!(matches!(found.law.coordinates, Coordinates::Hinge(_)), "{:?}", found.law);
         covered(&found, &truth)
     });
@@ -83,7 +83,7 @@ fn normal_modes_that_are_not_orthogonal_are_found_each_with_its_own_damping() {
         shift: DVec3::ZERO,
     };
     let body = seen(PoseKind::Affine, 3, &truth);
-    let found = find_law(&[&body], (Laws::All, &[]), 0.0, 1).expect("a law");
+    let found = find_law(&[&body], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law");
     let terms: Vec<&str> = found.law.terms.iter().map(|term| term.kind.name()).collect();
     assert_eq!(terms, ["spring-diagonal", "damping-diagonal"]);
     let mut modes: Vec<[(f64, f64); 2]> =

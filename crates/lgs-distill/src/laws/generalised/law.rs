@@ -92,7 +92,7 @@ pub(crate) fn law_within(
     };
     match bodies {
         [motion] if motion.kind == PoseKind::Affine => {
-            smooth(&choose_modal(motion, laws, errors.resolution)?, (bodies, &[]), seed)
+            smooth(&choose_modal(motion, laws, errors.resolution)?, (bodies, Surroundings::default()), seed)
         }
         [motion] => of_body(motion, (laws, surroundings), errors, seed),
         [first, second] => of_couple([first, second], laws, errors, seed),
@@ -147,9 +147,11 @@ fn smooth_and_impacted(
         observed.is_explained = jumps;
         chosen = choose_law(observed);
         observed.is_explained = false;
-        // A motion that a smooth law explains shows no impact, nor does one that is described without a jump.
+        // A motion that a smooth law explains shows no impact, nor does one that is described without a jump,
+        // unless others tell of one.
         let most = if jumps { EXPLAINED } else { DESCRIBED };
-        if chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= most) {
+        let is_unhit = surroundings.hits.is_empty();
+        if chosen.as_ref().is_some_and(|smooth| is_unhit && smooth.chi_square() <= most) {
             return (if jumps { choose_law(observed) } else { chosen }, None);
         }
     }
@@ -182,7 +184,7 @@ fn of_couple(bodies: [&SharedMotion; 2], laws: Laws, errors: Errors, seed: u64) 
     if allowed.contains(&true) {
         found = choose_couple(observed.each_ref())?;
     }
-    smooth(&found, (&bodies, &[]), seed)
+    smooth(&found, (&bodies, Surroundings::default()), seed)
 }
 
 /// What is told of a law through impacts.

@@ -1,6 +1,7 @@
 //! Laws of a part of the window: something is let go, or taken hold of, while it is watched, and no law
 //! explains all that it does (method §5.4).
 
+use super::Surroundings;
 use super::choice::choose_law;
 use super::known::GeneralisedLaw;
 use super::law::smooth;
@@ -95,7 +96,7 @@ impl PartSearch<'_> {
         if rated.chi_square() > DESCRIBED {
             return None;
         }
-        smooth(&rated, (&[motion], &[]), self.seed)
+        smooth(&rated, (&[motion], Surroundings::default()), self.seed)
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) fn slides(
     motion: &SharedMotion,
     surroundings: Surroundings<'_>,
 ) -> bool {
-    if surroundings.is_empty() {
+    if surroundings.at_rest.is_empty() {
         return false;
     }
     let path: Vec<DVec3> = observed.poses.iter().map(|pose| pose.shift).collect();

@@ -2,7 +2,7 @@
 
 use super::geometry::{center_of_mass, pivot};
 use super::turning::Turning;
-use super::{Laws, PartSearch, find_law};
+use super::{Laws, PartSearch, Surroundings, find_law};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::testing::block;
@@ -55,7 +55,7 @@ fn the_centre_of_mass_of_a_thrown_body_is_found_where_its_path_is_a_parabola() {
     };
     let found = center_of_mass(&motion(thrown).poses, &times(), 3).expect("a centre");
     assert!(found.truncate().distance(offset.truncate()) < 1e-6, "{found}");
-    let law = find_law(&[&motion(thrown)], (Laws::All, &[]), 0.0, 1).expect("a law").law;
+    let law = find_law(&[&motion(thrown)], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law").law;
     assert_eq!(law.terms.iter().map(|term| term.kind.name()).collect::<Vec<_>>(), ["uniform-field"]);
     let field = DVec3::from_slice(&law.parameters[law.range(0)]);
     assert!(field.distance(DVec3::new(0.0, 0.0, -1.2)) < 1e-3, "{field}");
@@ -67,7 +67,7 @@ fn a_body_that_falls_and_hardly_turns_does_not_roll() {
         let fallen = 1.1 * t * t;
         Pose { linear: rotation_by(DVec3::Y * (0.03 * fallen)), shift: DVec3::new(0.2, 0.0, 1.0 - fallen) }
     };
-    let law = find_law(&[&motion(falling)], (Laws::All, &[]), 0.0, 1).expect("a law").law;
+    let law = find_law(&[&motion(falling)], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law").law;
     assert!(!matches!(law.coordinates, Coordinates::Rolling(_)), "{law:?}");
 }
 
@@ -75,7 +75,7 @@ fn a_body_that_falls_and_hardly_turns_does_not_roll() {
 fn a_constant_torque_on_a_hinge_is_a_drive_and_is_left_out_where_only_potentials_are_admitted() {
     let body = motion(|t| turned(DVec3::Z, DVec3::ZERO, 0.4 * t + 3.0 * t * t));
     let terms = |laws: Laws| -> Vec<&str> {
-        let law = find_law(&[&body], (laws, &[]), 0.0, 1).expect("a law").law;
+        let law = find_law(&[&body], (laws, Surroundings::default()), 0.0, 1).expect("a law").law;
         assert!(matches!(law.coordinates, Coordinates::Hinge(_)), "{law:?}");
         law.terms.iter().map(|term| term.kind.name()).collect()
     };
@@ -115,7 +115,7 @@ fn two_bodies_on_a_spring_are_told_from_two_that_fall_side_by_side() {
     let found = |terms: &[(&str, Port, &[f64])]| {
         let law = couple(Coordinates::Pair, &[1.4, 0.0, 0.0, 0.0], terms);
         let [a, b] = two_by(&law, &start, [DVec3::new(-0.5, 0.02, 0.0), DVec3::new(0.6, 0.1, 0.04)]);
-        find_law(&[&a, &b], (Laws::All, &[]), 0.0, 1)
+        find_law(&[&a, &b], (Laws::All, Surroundings::default()), 0.0, 1)
     };
     let law = found(&[field, spring]).expect("a law").law;
     assert_eq!(law.coordinates, Coordinates::Pair);
@@ -132,7 +132,7 @@ fn a_pendulum_on_a_pendulum_has_two_hinges_whichever_comes_first() {
     let law = couple(Coordinates::Tree(Tree { axis, pivot, link, arm }), &[0.4, 0.6, 0.0], &terms);
     let start = State { x: vec![0.8, -0.5], v: vec![0.5, -1.0] };
     let [upper, lower] = two_by(&law, &start, [DVec3::new(0.1, 0.0, -0.4), DVec3::new(0.2, 0.1, -0.9)]);
-    let found = find_law(&[&lower, &upper], (Laws::All, &[]), 0.0, 1).expect("a law");
+    let found = find_law(&[&lower, &upper], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law");
     assert_eq!(found.order, [1, 0], "the upper body hangs in the world");
     let Coordinates::Tree(tree) = found.law.coordinates else { panic!("{:?}", found.law) };
     let (axis, pivot) = (DVec3::from(tree.axis), DVec3::from(tree.pivot));

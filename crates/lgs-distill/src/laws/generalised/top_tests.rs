@@ -1,6 +1,6 @@
 //! A top of which particles show neither the axis nor the centre of mass.
 
-use super::{GeneralisedLaw, Laws, find_law};
+use super::{GeneralisedLaw, Laws, Surroundings, find_law};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
 use crate::testing::block;
@@ -52,7 +52,7 @@ fn off(found: &GeneralisedLaw, (law, start): (&Law, &State), edit: Edit, time: f
 fn a_tops_axis_and_centre_of_mass_are_found_from_its_motion() {
     let (law, start) = top();
     let motion = observed((&law, &start), 2e-4);
-    let found = find_law(&[&motion], (Laws::All, &[]), 0.0, 1).expect("a law");
+    let found = find_law(&[&motion], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law");
     assert!(matches!(found.law.coordinates, Coordinates::Ball(_)), "{:?}", found.law);
     assert_eq!(found.known.verdict, Verdict::Explained, "{:?}", found.known);
     // The top turns by ten radians until then.
@@ -64,7 +64,7 @@ fn a_tops_axis_and_centre_of_mass_are_found_from_its_motion() {
 fn a_top_that_is_known_roughly_has_its_weight_upright_and_obeys_edits() {
     let (law, start) = top();
     let motion = observed((&law, &start), 2e-3);
-    let found = find_law(&[&motion], (Laws::All, &[]), 0.0, 1).expect("a law");
+    let found = find_law(&[&motion], (Laws::All, Surroundings::default()), 0.0, 1).expect("a law");
     let field = DVec3::from_slice(&found.law.parameters[found.law.range(0)]);
     assert!(field.angle_between(DVec3::NEG_Z) < 0.05, "{field}");
     let half = Edit { velocity: 0.5, ..Edit::NONE };

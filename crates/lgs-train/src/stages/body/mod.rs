@@ -151,6 +151,7 @@ pub(super) fn part_of(
         velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
         objects: vec![ObjectModel { members: 0..rows.len(), dynamics, recording: None }],
         dynamic_gaussians,
+        contact: None,
         shading: None,
         ..*scene
     }

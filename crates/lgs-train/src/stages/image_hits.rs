@@ -1,0 +1,102 @@
+//! Hits that the law of one body tells of and that of another one has not: who touches a body that is struck
+//! is struck as well (method §5.9).
+
+use lgs_distill::BodyPoses;
+use lgs_mechanics::Law;
+use lgs_mechanics::contact::{Impact, Origin};
+
+use super::thresholds::{SAME_HIT, TOUCHES};
+
+/// Times at which each of some bodies is hit by others, by the laws of these, in the order of time: all of
+/// them if there is one that its own law has not, else none. Objects of one rigid body each take part.
+pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Option<&Law>]) -> Vec<Vec<f64>> {
+    let of_body = |own: usize| {
+        let Some(body) = single(&bodies[own]) else { return Vec::new() };
+        let interval = interval(body);
+        let mut hits = Vec::new();
+        for (other, law) in laws.iter().enumerate().filter(|(other, _)| *other != own) {
+            let (Some(other), Some(law)) = (single(&bodies[other]), law) else { continue };
+            let struck = impulses(law).iter().map(|event| event.time);
+            hits.extend(struck.filter(|&time| touch(body, other, time)));
+        }
+        hits.sort_by(f64::total_cmp);
+        hits.dedup_by(|next, last| *next - *last <= SAME_HIT * interval);
+        let own: &[Impact] = laws[own].map_or(&[], Law::impulses);
+        let is_known = |hit: &f64| own.iter().any(|event| (event.time - hit).abs() <= SAME_HIT * interval);
+        if hits.iter().all(is_known) { Vec::new() } else { hits }
+    };
+    (0..bodies.len()).map(of_body).collect()
+}
+
+/// The body of an object that has one, which does not deform.
+fn single((_, bodies): &(usize, Vec<BodyPoses>)) -> Option<&BodyPoses> {
+    match bodies.as_slice() {
+        [body] if !body.deforms && body.times.len() > 1 => Some(body),
+        _ => None,
+    }
+}
+
+/// Sudden changes of velocity by what may be another body: impulses, or impacts on a plane that nothing at
+/// rest shows.
+fn impulses(law: &Law) -> &[Impact] {
+    match &law.contact {
+        Some(contact) if contact.origin != Origin::Fitted || !contact.walls.is_empty() => &[],
+        _ => &law.events,
+    }
+}
+
+fn interval(body: &BodyPoses) -> f64 {
+    let [first, last] = [body.times[0], body.times[body.times.len() - 1]];
+    (last - first) / (body.times.len() - 1) as f64
+}
+
+/// Whether two bodies are so near to each other at a time that they may touch.
+fn touch(one: &BodyPoses, other: &BodyPoses, time: f64) -> bool {
+    let sample = one.times.partition_point(|sample| *sample < time).min(one.poses.len() - 1);
+    let radius = |body: &BodyPoses| {
+        let square = body.shape.iter().map(|point| point.length_squared()).sum::<f64>();
+        (square / body.shape.len().max(1) as f64).sqrt()
+    };
+    let distance = one.poses[sample].1.distance(other.poses[sample.min(other.poses.len() - 1)].1);
+    distance <= TOUCHES * (radius(one) + radius(other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DVec3};
+    use lgs_mechanics::coordinates::Coordinates;
+
+    /// A ball of radius 0.3 that slides along x.
+    fn ball(index: usize, start: f64, velocity: f64) -> (usize, Vec<BodyPoses>) {
+        let times: Vec<f64> = (0..41).map(|k| 0.02 * f64::from(k)).collect();
+        let pose = |&t: &f64| (DMat3::IDENTITY, DVec3::X * (start + velocity * t));
+        let body = BodyPoses {
+            poses: times.iter().map(pose).collect(),
+            times,
+            deforms: false,
+            shape: [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|p| [0.3 * p, -0.3 * p]).collect(),
+            slow_error: 0.0,
+            surroundings: Vec::new(),
+            hits: Vec::new(),
+        };
+        (index, vec![body])
+    }
+
+    fn struck(times: &[f64]) -> Law {
+        let event = |&time: &f64| Impact { time, change: vec![1.0, 0.0, 0.0] };
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.02).expect("a law");
+        Law { events: times.iter().map(event).collect(), ..law }
+    }
+
+    #[test]
+    fn a_body_is_hit_when_one_that_it_touches_is_struck() {
+        let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0), ball(2, 5.0, 0.0)];
+        let laws = [struck(&[0.4]), struck(&[]), struck(&[0.2])];
+        let hits = hits_by_others(&bodies, &[Some(&laws[0]), Some(&laws[1]), Some(&laws[2])]);
+        assert_eq!(hits, [vec![], vec![0.4], vec![]]);
+        assert_eq!(hits_by_others(&bodies, &[Some(&laws[0]), None, None])[1], [0.4]);
+        let known = struck(&[0.41]);
+        assert!(hits_by_others(&bodies, &[Some(&laws[0]), Some(&known), None]).concat().is_empty());
+    }
+}
