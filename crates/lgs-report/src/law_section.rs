@@ -1,7 +1,9 @@
 //! The laws of objects on a run's page: objects whose law is trusted, and apart from them those of which the
 //! scene claims less.
 
-use lgs_eval::laws::{LawContact, ObjectLaw, TrustedEdit, edit_rows, parameter_rows, rival_rows};
+use lgs_eval::laws::{
+    HitsOfObjects, LawContact, ObjectLaw, TrustedEdit, edit_rows, parameter_rows, rival_rows,
+};
 use lgs_eval::{Metrics, ObjectSummary, Verdict};
 use lgs_mechanics::contact::{Impact, Origin};
 use lgs_mechanics::terms::Role;
@@ -74,6 +76,7 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
         driven.then(|| "A constant drive may add energy.".to_owned()),
         law.contact.as_ref().map(collision),
         (!law.impulses.is_empty()).then(|| struck(&law.impulses)),
+        law.hits.as_ref().map(hits),
         law.forecast_error.map(|e| {
             format!("Forecasts inside the window are off by {} of the displacement.", percent(e, 2))
         }),
@@ -104,6 +107,22 @@ fn struck(impulses: &[Impact]) -> String {
         "Something that the law does not know strikes it at t = {}, under an edit as well; what comes after \
          the window is its motion if nothing strikes it again.",
         times.join(", ")
+    )
+}
+
+/// Other objects that hit one, in words.
+fn hits(HitsOfObjects { others, times, .. }: &HitsOfObjects) -> String {
+    let others: Vec<String> = others.iter().map(usize::to_string).collect();
+    let times: Vec<String> = times.iter().map(|&time| number(time, 3)).collect();
+    let seen = if times.is_empty() {
+        "not in the window".to_owned()
+    } else {
+        format!("at t = {}", times.join(", "))
+    };
+    format!(
+        "It is one of the objects that hit each other, with {}: {seen}, and after the window and under edits as \
+         their spheres meet.",
+        others.join(", ")
     )
 }
 

@@ -19,7 +19,13 @@ pub(super) fn laws_of(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
     if reports.len() != run.scene.objects.len() {
         reports.clear();
     }
-    let law = |(index, object)| Some(law_of(object, reports.get(index), window));
+    let law = |(index, object)| {
+        let law = law_of(object, reports.get(index), window);
+        Some(match &run.scene.contact {
+            Some(contact) => law.with_hits(contact, index),
+            None => law,
+        })
+    };
     Ok(run.scene.objects.iter().enumerate().map(law).collect())
 }
 

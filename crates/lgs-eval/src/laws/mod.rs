@@ -16,8 +16,8 @@ use lgs_mechanics::bands::Verdict;
 
 use crate::metrics::ObjectSummary;
 pub use crate::object_law::{
-    BandCoverage, LawContact, LawOutline, LawParameter, LawTerm, ObjectLaw, PositionBand, RivalLaw,
-    TermOutline, TrustedEdit, unit_text,
+    BandCoverage, HitsOfObjects, LawContact, LawOutline, LawParameter, LawTerm, ObjectLaw, PositionBand,
+    RivalLaw, TermOutline, TrustedEdit, unit_text,
 };
 
 /// First and last time at which the forecasts of all objects with a record are trusted, with the captured

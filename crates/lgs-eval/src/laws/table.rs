@@ -4,7 +4,7 @@ use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::Role;
 
 use crate::metrics::{Metrics, Physics};
-use crate::object_law::{LawParameter, LawTerm, ObjectLaw, RivalLaw, TrustedEdit};
+use crate::object_law::{HitsOfObjects, LawParameter, LawTerm, ObjectLaw, RivalLaw, TrustedEdit};
 use crate::physics::trajectory::TIMES;
 
 /// Columns that say something of the object and stand in its first row alone.
@@ -85,6 +85,15 @@ pub fn parameter_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
         let size = impulse.change.iter().map(|change| change * change).sum::<f64>().sqrt();
         let name = format!("change at t = {:.3}", impulse.time);
         rows.push(row("impulse", "", &LawParameter { name, value: size, ..LawParameter::default() }));
+    }
+    if let Some(HitsOfObjects { others, times, parameters }) = &law.hits {
+        let others: Vec<String> = others.iter().map(usize::to_string).collect();
+        let name = format!("hits of {}", others.join(", "));
+        rows.extend(parameters.iter().map(|p| row(&name, "", p)));
+        let times: Vec<String> = times.iter().map(|time| format!("{time:.3}")).collect();
+        rows.extend(
+            (!times.is_empty()).then(|| vec![name, String::new(), "at t".to_owned(), times.join(", ")]),
+        );
     }
     rows.iter_mut().for_each(|row| row.resize(5, String::new()));
     rows

@@ -3,9 +3,11 @@
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::contact::{Contact, Impact};
+use lgs_mechanics::mutual_contact::{MutualContact, RoundBody};
 use lgs_mechanics::terms::{Entry, Parameter, Quantity, Space};
+use lgs_model::ObjectContact;
 
-use super::{LawContact, LawParameter, LawTerm, ObjectLaw};
+use super::{HitsOfObjects, LawContact, LawParameter, LawTerm, ObjectLaw};
 
 impl ObjectLaw {
     /// The record of a law: coordinates and terms with values, deviations and units. Trust, rivals and band
@@ -34,22 +36,50 @@ impl ObjectLaw {
     }
 }
 
+impl ObjectLaw {
+    /// The record of an object that others may hit: impulses that are hits are told of as such.
+    #[must_use]
+    pub fn with_hits(
+        mut self,
+        ObjectContact { objects, contact, .. }: &ObjectContact,
+        object: usize,
+    ) -> Self {
+        let Some(body) = objects.iter().position(|&other| other == object) else { return self };
+        let MutualContact { bodies, restitution, friction, deviations } = contact;
+        let RoundBody { radius, mass, hits, .. } = &bodies[body];
+        let (hit, others): (Vec<(usize, Impact)>, Vec<_>) =
+            self.impulses.into_iter().enumerate().partition(|(index, _)| hits.contains(index));
+        self.impulses = others.into_iter().map(|(_, impulse)| impulse).collect();
+        self.hits = Some(HitsOfObjects {
+            others: objects.iter().copied().filter(|&other| other != object).collect(),
+            times: hit.into_iter().map(|(_, impulse)| impulse.time).collect(),
+            parameters: vec![
+                LawParameter { unit: "u".to_owned(), ..constant("radius", *radius, 0.0) },
+                constant("mass-ratio", *mass, 0.0),
+                constant("restitution", *restitution, deviations[0]),
+                constant("friction", *friction, deviations[1]),
+            ],
+        });
+        self
+    }
+}
+
+/// A number without a unit.
+fn constant(name: &str, value: f64, deviation: f64) -> LawParameter {
+    let deviation = Some(deviation).filter(|deviation| *deviation > 0.0);
+    LawParameter { name: name.to_owned(), value, deviation, unit: String::new() }
+}
+
 fn describing(contact: &Contact, events: &[Impact]) -> LawContact {
     let [restitution, friction] = contact.deviations;
-    let parameter = |name: &str, value: f64, deviation: f64| LawParameter {
-        name: name.to_owned(),
-        value,
-        deviation: Some(deviation).filter(|deviation| *deviation > 0.0),
-        unit: String::new(),
-    };
     LawContact {
         normal: contact.plane.normal,
         offset: contact.plane.offset,
         origin: contact.origin,
         walls: contact.walls.clone(),
         parameters: vec![
-            parameter("restitution", contact.restitution, restitution),
-            parameter("friction", contact.friction, friction),
+            constant("restitution", contact.restitution, restitution),
+            constant("friction", contact.friction, friction),
         ],
         impacts: events.iter().map(|event| event.time).collect(),
     }
@@ -116,6 +146,25 @@ mod tests {
         assert_eq!((field.parameters[2].value, field.parameters[2].deviation), (-0.98, Some(0.03)));
         assert_eq!((field.parameters[0].unit.as_str(), drag.parameters[0].unit.as_str()), ("u/t²", "1/u"));
         assert_eq!(drag.role, Role::Dissipates);
+    }
+
+    #[test]
+    fn impulses_by_another_object_are_hits() {
+        let impulse = |time: f64| Impact { time, change: vec![1.0, 0.0, 0.0] };
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("law");
+        let law = Law { events: vec![impulse(0.1), impulse(0.5)], ..law };
+        let body = |mass: f64, hits: Vec<usize>| RoundBody { center: [0.0; 3], radius: 0.2, mass, hits };
+        let bodies = vec![body(1.0, vec![0]), body(3.0, vec![1])];
+        let contact = MutualContact { bodies, restitution: 0.8, friction: 0.0, deviations: [0.05, 0.0] };
+        let contact = ObjectContact { objects: vec![0, 2], contact, replays_window: true };
+        let record = ObjectLaw::describing(&law, Verdict::Described);
+        assert_eq!(record.clone().with_hits(&contact, 1), record, "no part of it");
+        let record = record.with_hits(&contact, 2);
+        assert_eq!(record.impulses, [impulse(0.1)]);
+        let hits = record.hits.expect("hits");
+        assert_eq!((hits.others, hits.times), (vec![0], vec![0.5]));
+        let values: Vec<f64> = hits.parameters.iter().map(|p| p.value).collect();
+        assert_eq!((values, hits.parameters[2].deviation), (vec![0.2, 3.0, 0.8, 0.0], Some(0.05)));
     }
 
     #[test]

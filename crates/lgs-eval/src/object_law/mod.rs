@@ -35,6 +35,9 @@ pub struct ObjectLaw {
     /// Impulses by what is outside of the law, in the captured window.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub impulses: Vec<Impact>,
+    /// Other objects that hit this one, and how.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hits: Option<HitsOfObjects>,
     /// First and last time of the part of the captured window that the law explains, where none explains all
     /// of it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,6 +72,7 @@ impl Default for ObjectLaw {
             terms: Vec::new(),
             contact: None,
             impulses: Vec::new(),
+            hits: None,
             part: None,
             verdict: Verdict::Outside,
             forecast_error: None,
@@ -96,6 +100,17 @@ pub struct LawTerm {
     /// Effect on the energy.
     pub role: Role,
     /// Values of its parameters.
+    pub parameters: Vec<LawParameter>,
+}
+
+/// Other objects that hit one, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HitsOfObjects {
+    /// The others, by index.
+    pub others: Vec<usize>,
+    /// Times of the hits in the captured window.
+    pub times: Vec<f64>,
+    /// Radius, mass over that of the first of the objects, restitution and friction.
     pub parameters: Vec<LawParameter>,
 }
 

@@ -9,7 +9,7 @@ use super::grounds::{agree, contradict, freedom_of, touching};
 use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
-use super::struck::through_impulses;
+use super::struck::{through_hits, through_impulses};
 use super::walls::with_walls;
 use crate::candidate::Candidate;
 use crate::choose::DESCRIBED;
@@ -83,7 +83,7 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
     let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
     let contact = likeliest(met.chain(told));
-    let mut found = match struck_by_others(body, seen, &laws) {
+    let mut found = match through_hits(seen, &laws, &body.hits) {
         Some(hit) => likeliest([Some(hit), contact, struck].into_iter().flatten())?,
         None => before_impulses(contact, struck)?,
     };
@@ -104,13 +104,6 @@ fn before_impulses(contact: Option<Bounced>, struck: Option<Bounced>) -> Option<
         }
         (contact, struck) => contact.or(struck),
     }
-}
-
-/// The motion through hits by other bodies, if there are any.
-fn struck_by_others(body: &Body, seen: &Observed, laws: &FlightLaws<'_>) -> Option<Bounced> {
-    let hit = |&time: &f64| Impact { time, change: Vec::new() };
-    let found = through_impulses(seen, laws, &body.hits.iter().map(hit).collect::<Vec<_>>())?;
-    Some(found.knowing_hits(body.hits.len()))
 }
 
 /// The motion after which more impacts make the evidence worse; sets of impacts come in growing order.

@@ -100,13 +100,23 @@ impl<'a> FlightLaws<'a> {
         if let Some((_, law)) = self.found.borrow().iter().find(|(known, _)| known == flights) {
             return law.clone();
         }
-        let law = self.sought(flights).map(|law| Rc::new(FlightLaw { effort: self.effort.clone(), ..law }));
+        let blurred = |count: usize| with_blur(self.body, self.seen, flights, count);
+        let law = self.sought(&blurred);
         self.found.borrow_mut().push((flights.to_vec(), law.clone()));
         law
     }
 
-    fn sought(&self, flights: &[Range<usize>]) -> Option<FlightLaw> {
-        let blurred = |count: usize| with_blur(self.body, self.seen, flights, count);
+    /// The law of flights if it is that of all of them, also where the first one alone has a likelier one.
+    pub(super) fn of_all(&self, flights: &[Range<usize>]) -> Option<Rc<FlightLaw>> {
+        self.sought(&|count| {
+            let parts = trimmed(flights, count, self.seen.times.len());
+            let are_long = parts.iter().all(|part| part.len() >= FEWEST_TIMES);
+            if are_long { of_parts(self.body, self.seen, &parts, count) } else { None }
+        })
+    }
+
+    /// The law with as few samples left out as explain the rest, of those by how many are left out.
+    fn sought(&self, blurred: &dyn Fn(usize) -> Option<FlightLaw>) -> Option<Rc<FlightLaw>> {
         // What no law describes without the most samples, none describes with more of them.
         let (last, mut best) = (0..=MOST_BLURRED).rev().find_map(|count| Some((count, blurred(count)?)))?;
         if best.chi_square > self.most {
@@ -121,7 +131,7 @@ impl<'a> FlightLaws<'a> {
                 break;
             }
         }
-        Some(best)
+        Some(Rc::new(FlightLaw { effort: self.effort.clone(), ..best }))
     }
 }
 

@@ -16,6 +16,8 @@ use crate::law::Law;
 use crate::system::System;
 use crate::thresholds::{CONTACT_ITERATIONS, IMPACT_JUMP, MEETINGS};
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+use std::rc::Rc;
 
 /// The motion through impulses where flights meet; `None` where the flights have no law, one of them is too
 /// short to tell how it begins, or there is no impulse.
@@ -25,13 +27,28 @@ pub(super) fn through_impulses(
     impacts: &[Impact],
 ) -> Option<Bounced> {
     let parts = flights(seen.times, impacts, &vec![false; seen.times.len()]);
-    let law = laws.of(&parts)?;
+    between(seen, (&parts, laws.of(&parts)?), impacts)
+}
+
+/// The motion through hits of which other bodies tell, by their times.
+pub(super) fn through_hits(seen: &Observed, laws: &FlightLaws<'_>, times: &[f64]) -> Option<Bounced> {
+    let hits: Vec<Impact> = times.iter().map(|&time| Impact { time, change: Vec::new() }).collect();
+    let parts = flights(seen.times, &hits, &vec![false; seen.times.len()]);
+    Some(between(seen, (&parts, laws.of_all(&parts)?), &hits)?.knowing_hits(hits.len()))
+}
+
+/// The motion through impulses between flights with a law.
+fn between(
+    seen: &Observed,
+    (parts, law): (&[Range<usize>], Rc<FlightLaw>),
+    impacts: &[Impact],
+) -> Option<Bounced> {
     if impacts.is_empty() || law.flights.len() != parts.len() {
         return None;
     }
     let since = seen.since();
     let impulses = meetings(&law, &since, impacts)?;
-    let left_out = law.left_out(&parts, since.len());
+    let left_out = law.left_out(parts, since.len());
     let samples = Samples::new(&since, seen.x.to_vec(), &law.noise, (parts[0].end, left_out));
     let window = [seen.times[0], seen.times[seen.times.len() - 1]];
     StruckMotion::new(&law, impulses, (since, samples))?.solve(window)
@@ -42,7 +59,7 @@ pub(super) fn through_impulses(
 fn meetings(law: &FlightLaw, since: &[f64], impacts: &[Impact]) -> Option<Vec<Impact>> {
     let motion = law.motion().ok()?;
     let system = System::new(&motion, Edit::NONE);
-    let of_pair = |(pair, impact): (&[(std::ops::Range<usize>, State)], &Impact)| {
+    let of_pair = |(pair, impact): (&[(Range<usize>, State)], &Impact)| {
         let [(before, one), (after, other)] = pair else { return None };
         let at = |time: f64| -> Option<[State; 2]> {
             let first = system.states(one, &[time - since[before.start]]).ok()?.pop()?;

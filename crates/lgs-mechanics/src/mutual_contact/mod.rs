@@ -7,6 +7,8 @@
 mod fit;
 mod hit;
 mod motion;
+#[cfg(test)]
+mod motion_tests;
 mod seen;
 mod sphere;
 mod thresholds;

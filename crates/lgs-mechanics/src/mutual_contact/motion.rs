@@ -86,11 +86,11 @@ impl MutualContact {
         }
         let mut bodies: Vec<Follower<'_>> =
             motions.iter().zip(&self.bodies).map(|(&of, round)| follower(of, round, since)).collect();
-        let mut time = since;
+        let (mut time, mut last) = (since, None);
         for _ in 0..MOST_HITS {
-            let Some(hit) = self.next_hit(&bodies, [time, until])? else { break };
-            time = hit.time;
+            let Some(hit) = self.next_hit((&bodies, last), [time, until])? else { break };
             self.strike(&mut bodies, &hit, AFTER * until)?;
+            (time, last) = (hit.time, Some(hit.pair));
         }
         Ok(bodies.into_iter().map(|body| body.law.events).collect())
     }
@@ -100,10 +100,10 @@ impl MutualContact {
         centers[0].distance(centers[1]) - self.bodies[a].radius - self.bodies[b].radius
     }
 
-    /// The first hit within a stretch of time.
+    /// The first hit within a stretch of time, at the beginning of which the last pair has hit each other.
     fn next_hit(
         &self,
-        bodies: &[Follower<'_>],
+        (bodies, mut last): (&[Follower<'_>], Option<[usize; 2]>),
         [since, until]: [f64; 2],
     ) -> Result<Option<Hit>, MechanicsError> {
         let mut from = since;
@@ -114,9 +114,10 @@ impl MutualContact {
                 .map(|body| Ok(body.states(&times)?.iter().map(|state| body.center(state)).collect()))
                 .collect::<Result<Vec<Vec<DVec3>>, MechanicsError>>()?;
             for look in 1..times.len() {
-                if let Some(hit) = self.hit_between(bodies, &places, (&times, look))? {
+                if let Some(hit) = self.hit_between((bodies, last), &places, (&times, look))? {
                     return Ok(Some(hit));
                 }
+                last = None;
             }
             from = times[times.len() - 1];
         }
@@ -138,10 +139,10 @@ impl MutualContact {
     }
 
     /// The first hit between a look and the one before it: of two bodies that have come to touch, or touched
-    /// and have come nearer.
+    /// and have come nearer. Those that had just hit each other then lean on each other.
     fn hit_between(
         &self,
-        bodies: &[Follower<'_>],
+        (bodies, last): (&[Follower<'_>], Option<[usize; 2]>),
         places: &[Vec<DVec3>],
         (times, look): (&[f64], usize),
     ) -> Result<Option<Hit>, MechanicsError> {
@@ -153,9 +154,10 @@ impl MutualContact {
                 continue;
             }
             let span = [times[look - 1], times[look]];
-            let lifted = (before <= self.touching(pair)).then(|| -now / (span[1] - span[0]));
+            let lifted = (last == Some(pair)).then(|| -now / (span[1] - span[0]));
             let time = match lifted {
                 Some(_) => span[1],
+                None if before <= self.touching(pair) => span[0],
                 None => self.touch(bodies, pair, (span, [before, now]))?,
             };
             if first.as_ref().is_none_or(|hit| time < hit.time) {
@@ -229,98 +231,4 @@ fn follower<'a>(of: Moving<'a>, round: &'a RoundBody, since: f64) -> Follower<'a
     };
     law.events = law.events.into_iter().enumerate().filter_map(is_kept).collect();
     Follower { of, law, round }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::coordinates::{Coordinates, Port};
-    use crate::terms::Term;
-
-    fn still(radius: f64, mass: f64, center: [f64; 3]) -> RoundBody {
-        RoundBody { center, radius, mass, hits: Vec::new() }
-    }
-
-    fn free() -> Law {
-        Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("a law")
-    }
-
-    #[test]
-    fn a_ball_passes_its_speed_on_through_a_row() {
-        let law = free();
-        let places = [0.0, 1.0, 2.0];
-        let contact = MutualContact {
-            bodies: places.map(|x| still(0.3, 1.0, [x, 0.0, 0.0])).to_vec(),
-            restitution: 1.0,
-            friction: 0.0,
-            deviations: [0.0; 2],
-        };
-        let speeds = [1.0, 0.0, 0.0];
-        let starts: Vec<State> = places
-            .iter()
-            .zip(speeds)
-            .map(|(&x, v)| State { x: vec![x, 0.0, 0.0], v: vec![v, 0.0, 0.0] })
-            .collect();
-        for scale in [1.0, 2.0] {
-            let edit = Edit { velocity: scale, ..Edit::NONE };
-            let motions: Vec<Moving<'_>> =
-                starts.iter().map(|start| Moving { law: &law, start, edit }).collect();
-            let events = contact.events(&motions, [0.0, 1.5]).expect("events");
-            let times: Vec<Vec<f64>> =
-                events.iter().map(|events| events.iter().map(|event| event.time).collect()).collect();
-            let [first, second] = [0.4 / scale, 0.8 / scale];
-            let near = |times: &[f64], expected: &[f64]| {
-                times.len() == expected.len() && times.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-7)
-            };
-            assert!(near(&times[0], &[first]) && near(&times[1], &[first, second]), "{times:?}");
-            assert!(
-                near(&times[2], &[second]) && (events[2][0].change[0] - scale).abs() < 1e-9,
-                "{events:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn a_ball_comes_to_lie_on_another_one() {
-        let weight = Term::named("uniform-field", Port::Whole).expect("a term");
-        let falling = Law::new(Coordinates::Point, vec![weight], vec![0.0, 0.0, -9.81], 0.01).expect("a law");
-        let lying = free();
-        let contact = MutualContact {
-            bodies: vec![still(0.5, 1e6, [0.0; 3]), still(0.5, 1.0, [0.0, 0.0, 1.2])],
-            restitution: 0.4,
-            friction: 0.3,
-            deviations: [0.0; 2],
-        };
-        let at = |z: f64| State { x: vec![0.0, 0.0, z], v: vec![0.0; 3] };
-        let starts = [at(0.0), at(1.2)];
-        let motions = [(&lying, &starts[0]), (&falling, &starts[1])].map(|(law, start)| Moving {
-            law,
-            start,
-            edit: Edit::NONE,
-        });
-        let events = contact.events(&motions, [0.0, 3.0]).expect("events").remove(1);
-        let law = Law { events, ..falling.clone() };
-        let times: Vec<f64> = (0..30).map(|k| 0.1 * f64::from(k)).collect();
-        let states = System::new(&law, Edit::NONE).states(&starts[1], &times).expect("states");
-        assert!(states.iter().all(|state| state.x[2] > 0.95), "{states:?}");
-        assert!((states[29].x[2] - 1.0).abs() < 0.05 && states[29].v[2].abs() < 0.5, "{:?}", states[29]);
-    }
-
-    #[test]
-    fn hits_up_to_a_time_are_those_of_the_law() {
-        let struck = Impact { time: 0.25, change: vec![0.0, 0.5, 0.0] };
-        let mut law = free();
-        law.events = vec![Impact { time: 0.1, change: vec![0.0; 3] }, struck.clone()];
-        let start = State { x: vec![0.0; 3], v: vec![0.0; 3] };
-        let far = State { x: vec![9.0, 0.0, 0.0], v: vec![0.0; 3] };
-        let other = free();
-        let mut bodies = vec![still(0.3, 1.0, [0.0; 3]), still(0.3, 1.0, [9.0, 0.0, 0.0])];
-        bodies[0].hits = vec![1];
-        let contact = MutualContact { bodies, restitution: 1.0, friction: 0.0, deviations: [0.0; 2] };
-        let motions =
-            [(&law, &start), (&other, &far)].map(|(law, start)| Moving { law, start, edit: Edit::NONE });
-        let events = |since: f64| contact.events(&motions, [since, 1.0]).expect("events").remove(0);
-        assert_eq!(events(0.5), law.events, "known ones stay");
-        assert_eq!(events(0.0), law.events[..1], "a hit that does not happen is gone, the push stays");
-    }
 }

@@ -5,7 +5,7 @@ use lgs_distill::BodyPoses;
 use lgs_mechanics::Law;
 use lgs_mechanics::contact::{Impact, Origin};
 
-use super::thresholds::{SAME_HIT, TOUCHES};
+use super::thresholds::{NO_IMPACT, SAME_HIT, TOUCHES};
 
 /// Times at which each of some bodies is hit by others, by the laws of these, in the order of time: all of
 /// them if there is one that its own law has not, else none. Objects of one rigid body each take part.
@@ -16,8 +16,7 @@ pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Option<
         let mut hits = Vec::new();
         for (other, law) in laws.iter().enumerate().filter(|(other, _)| *other != own) {
             let (Some(other), Some(law)) = (single(&bodies[other]), law) else { continue };
-            let struck = impulses(law).iter().map(|event| event.time);
-            hits.extend(struck.filter(|&time| touch(body, other, time)));
+            hits.extend(struck(law).filter(|&time| touch(body, other, time)));
         }
         hits.sort_by(f64::total_cmp);
         hits.dedup_by(|next, last| *next - *last <= SAME_HIT * interval);
@@ -36,13 +35,16 @@ fn single((_, bodies): &(usize, Vec<BodyPoses>)) -> Option<&BodyPoses> {
     }
 }
 
-/// Sudden changes of velocity by what may be another body: impulses, or impacts on a plane that nothing at
-/// rest shows.
-fn impulses(law: &Law) -> &[Impact] {
-    match &law.contact {
+/// Times of sudden changes of velocity by what may be another body: impulses, or impacts on a plane that
+/// nothing at rest shows.
+fn struck(law: &Law) -> impl Iterator<Item = f64> {
+    let events: &[Impact] = match &law.contact {
         Some(contact) if contact.origin != Origin::Fitted || !contact.walls.is_empty() => &[],
         _ => &law.events,
-    }
+    };
+    let size = |event: &Impact| event.change.iter().map(|change| change * change).sum::<f64>().sqrt();
+    let largest = events.iter().map(size).fold(0.0, f64::max);
+    events.iter().filter(move |event| size(event) > NO_IMPACT * largest).map(|event| event.time)
 }
 
 fn interval(body: &BodyPoses) -> f64 {
@@ -83,7 +85,7 @@ mod tests {
         (index, vec![body])
     }
 
-    fn struck(times: &[f64]) -> Law {
+    fn struck_at(times: &[f64]) -> Law {
         let event = |&time: &f64| Impact { time, change: vec![1.0, 0.0, 0.0] };
         let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.02).expect("a law");
         Law { events: times.iter().map(event).collect(), ..law }
@@ -92,11 +94,11 @@ mod tests {
     #[test]
     fn a_body_is_hit_when_one_that_it_touches_is_struck() {
         let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0), ball(2, 5.0, 0.0)];
-        let laws = [struck(&[0.4]), struck(&[]), struck(&[0.2])];
+        let laws = [struck_at(&[0.4]), struck_at(&[]), struck_at(&[0.2])];
         let hits = hits_by_others(&bodies, &[Some(&laws[0]), Some(&laws[1]), Some(&laws[2])]);
         assert_eq!(hits, [vec![], vec![0.4], vec![]]);
         assert_eq!(hits_by_others(&bodies, &[Some(&laws[0]), None, None])[1], [0.4]);
-        let known = struck(&[0.41]);
+        let known = struck_at(&[0.41]);
         assert!(hits_by_others(&bodies, &[Some(&laws[0]), Some(&known), None]).concat().is_empty());
     }
 }

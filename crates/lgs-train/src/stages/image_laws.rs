@@ -16,6 +16,7 @@ use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
 use super::recorded_bodies::{bodies_of, has_law, recorded, with_poses_of_images, with_recorded_bodies};
 use super::recorder::parts;
+use super::thresholds::ROUNDS_OF_HITS;
 use crate::thresholds::MOST_BELOW_SOURCE;
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
@@ -65,28 +66,33 @@ pub(super) fn with_laws_of_images(
 }
 
 /// What bodies offer where others that they touch were struck, as far as the laws of these say so: a law
-/// through hits at these times, if there is one.
+/// through hits at these times, if there is one. What is found tells of hits of others in turn.
 fn with_hits(
     mut offers: Vec<Offer>,
     bodies: &mut [(usize, Vec<BodyPoses>)],
     offer: &(dyn Fn(&(usize, Vec<BodyPoses>)) -> Offer + Sync),
 ) -> Vec<Offer> {
-    let laws: Vec<Option<&Law>> = offers.iter().map(|offer| offer.law.as_ref().map(|law| &law.law)).collect();
-    let hits = hits_by_others(bodies, &laws);
-    for ((_, bodies), hits) in bodies.iter_mut().zip(hits) {
-        bodies.iter_mut().for_each(|body| body.hits.clone_from(&hits));
-    }
-    let through_hits = |body: &(usize, Vec<BodyPoses>)| {
-        let is_hit = body.1.iter().any(|body| !body.hits.is_empty());
-        is_hit
-            .then(|| offer(body))
-            .filter(|offer| offer.law.as_ref().is_some_and(|law| !law.law.impulses().is_empty()))
-    };
-    let hit: Vec<Option<Offer>> = bodies.par_iter().map(through_hits).collect();
-    for (offer, hit) in offers.iter_mut().zip(hit) {
-        if let Some(hit) = hit {
-            *offer = hit;
+    for _ in 0..ROUNDS_OF_HITS {
+        let laws: Vec<Option<&Law>> =
+            offers.iter().map(|offer| offer.law.as_ref().map(|law| &law.law)).collect();
+        let hits = hits_by_others(bodies, &laws);
+        let is_new = |((_, bodies), hits): (&(usize, Vec<BodyPoses>), &Vec<f64>)| {
+            !hits.is_empty() && bodies.iter().any(|body| body.hits != *hits)
+        };
+        let are_new: Vec<bool> = bodies.iter().zip(&hits).map(is_new).collect();
+        for ((_, bodies), hits) in bodies.iter_mut().zip(hits).filter(|(_, hits)| !hits.is_empty()) {
+            bodies.iter_mut().for_each(|body| body.hits.clone_from(&hits));
         }
+        let through_hits = |(body, is_new): (&(usize, Vec<BodyPoses>), &bool)| {
+            let is_struck = |law: &DistilledLaw| !law.law.impulses().is_empty();
+            is_new.then(|| offer(body)).filter(|offer| offer.law.as_ref().is_some_and(is_struck))
+        };
+        let found: Vec<Option<Offer>> = bodies.par_iter().zip(&are_new).map(through_hits).collect();
+        if found.iter().all(Option::is_none) {
+            break;
+        }
+        let hit = |(offer, hit): (Offer, Option<Offer>)| hit.unwrap_or(offer);
+        offers = offers.into_iter().zip(found).map(hit).collect();
     }
     offers
 }

@@ -88,3 +88,8 @@ pub(super) const MOST_LEFT_IF_DEFORMING: f64 = 0.5;
 pub(super) const TOUCHES: f64 = 2.0;
 /// Times that are one hit differ by at most so many intervals between images.
 pub(super) const SAME_HIT: f64 = 2.0;
+/// Rounds in which hits of one body tell of those of others: of three in a row, the first comes last.
+pub(super) const ROUNDS_OF_HITS: usize = 3;
+/// Change of velocity, over the largest one of a law, up to which an impact is none: a body that comes to rest
+/// on a plane meets it again.
+pub(super) const NO_IMPACT: f64 = 0.01;
