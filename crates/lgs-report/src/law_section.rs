@@ -120,8 +120,8 @@ fn hits(HitsOfObjects { others, times, .. }: &HitsOfObjects) -> String {
         format!("at t = {}", times.join(", "))
     };
     format!(
-        "It is one of the objects that hit each other, with {}: {seen}, and after the window and under edits as \
-         their spheres meet.",
+        "It is one of the objects that hit each other, with {}: {seen}, and after the window and under edits \
+         as their spheres meet.",
         others.join(", ")
     )
 }

@@ -36,8 +36,8 @@ fn interval(scene: &LagrangianScene, frames: &[Frame]) -> f64 {
     f64::from((scene.motion.time_window / steps as f32).max(scene.motion.dt))
 }
 
-/// The law of a single body without planes, with the impulses that it gets in a window. A plane that nothing at
-/// rest shows may be another body: its impacts are impulses then.
+/// The law of a single body without planes, with the impulses that it gets in a window. A plane that nothing
+/// at rest shows may be another body: its impacts are impulses then.
 fn law_by_impulses(dynamics: &GeneralisedDynamics, window: f64) -> Option<Cow<'_, Law>> {
     let GeneralisedDynamics { law, .. } = dynamics;
     match &law.contact {
@@ -100,15 +100,98 @@ fn told(found: &SeenContact) {
     if found.follows_laws() {
         let [deviation, _] = contact.deviations;
         tracing::info!(
-            "{count} objects hit each other: restitution {:.2} ± {deviation:.2}, friction {:.2}; by these their \
-             places in the window are within {percent:.1} % of the path",
+            "{count} objects hit each other: restitution {:.2} ± {deviation:.2}, friction {:.2}; places in \
+             the window come out to {percent:.1} % of the path",
             contact.restitution,
             contact.friction
         );
     } else {
         tracing::warn!(
-            "{count} objects hit each other, but not as balls do ({percent:.0} % of the path off): each keeps \
-             its impulses, whatever the edit"
+            "{count} objects hit each other, but not as balls do ({percent:.0} % of the path off): each \
+             keeps its impulses, whatever the edit"
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_core::GaussianCloud;
+    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::contact::{Contact, Impact, Plane, Surface};
+    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+    use lgs_model::{MotionConfig, ObjectModel};
+
+    /// Gaussians of a ball of radius 0.3.
+    fn ball(x: f64) -> Vec<[f32; 3]> {
+        let point = |k: usize| {
+            let (z, turn) = (1.0 - (2 * k + 1) as f64 / 80.0, 2.4 * k as f64);
+            let across = f64::sqrt(1.0 - z * z);
+            (DVec3::X * x + 0.3 * DVec3::new(across * turn.cos(), across * turn.sin(), z))
+                .as_vec3()
+                .to_array()
+        };
+        (0..80).map(point).collect()
+    }
+
+    /// A ball that hits another one of the same mass at t = 0.4, and keeps a tenth of its velocity.
+    fn scene() -> LagrangianScene {
+        let means: Vec<[f32; 3]> = [0.0, 1.0].into_iter().flat_map(ball).collect();
+        let object = |body: usize| {
+            let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("a law");
+            let change = [-0.9, 0.9][body];
+            let events = vec![Impact { time: 0.4, change: vec![change, 0.0, 0.0] }];
+            let start = State { x: vec![body as f64, 0.0, 0.0], v: vec![1.0 - body as f64, 0.0, 0.0] };
+            let (law, bodies, known) = (Law { events, ..law }, Bodies::default(), Known::default());
+            let dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known });
+            ObjectModel { members: 80 * body..80 * (body + 1), dynamics, recording: None }
+        };
+        LagrangianScene {
+            static_gaussians: GaussianCloud::default(),
+            velocities: vec![[0.0; 3]; means.len()],
+            dynamic_gaussians: GaussianCloud::isotropic(means, 1e-3, [0.5; 3], 0.9),
+            objects: vec![object(0), object(1)],
+            contact: None,
+            shading: None,
+            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
+            background: [1.0; 3],
+        }
+    }
+
+    fn law_mut(scene: &mut LagrangianScene, object: usize) -> &mut Law {
+        match &mut scene.objects[object].dynamics {
+            Dynamics::Generalised(dynamics) => &mut dynamics.law,
+            Dynamics::Particles(_) => panic!("a law"),
+        }
+    }
+
+    #[test]
+    fn balls_that_were_seen_to_hit_each_other_have_a_contact() {
+        let ObjectContact { objects, contact, .. } = with_contact(scene(), &[]).contact.expect("a contact");
+        assert_eq!(objects, [0, 1]);
+        assert!((contact.restitution - 0.8).abs() < 0.02, "{contact:?}");
+        assert!((contact.bodies[1].mass - 1.0).abs() < 0.02 && contact.bodies[1].hits == [0], "{contact:?}");
+        let mut apart = scene();
+        law_mut(&mut apart, 1).events[0].time = 0.7;
+        assert!(with_contact(apart, &[]).contact.is_none());
+    }
+
+    #[test]
+    fn another_ball_takes_the_place_of_a_plane_that_nothing_shows() {
+        let mut scene = scene();
+        let surface = Surface { points: vec![[0.0; 3]], radius: 0.3 };
+        let plane = Plane { normal: [-1.0, 0.0, 0.0], offset: -0.7 };
+        let contact =
+            Contact { restitution: 0.0, origin: Origin::Fitted, ..Contact::of(plane, &surface, 1e-3) };
+        let law = law_mut(&mut scene, 0);
+        (law.contact, law.events) = (Some(contact.clone()), Vec::new());
+        law_mut(&mut scene, 1).events[0].change[0] = 1.0;
+        let mut given = scene.clone();
+        law_mut(&mut given, 0).contact = Some(Contact { origin: Origin::Given, ..contact });
+        let found = with_contact(scene, &[]);
+        assert!(found.contact.is_some());
+        let law = found.law_of_body(0).map(|dynamics| &dynamics.law).expect("a law without a plane");
+        assert!(law.events.len() == 1 && (law.events[0].time - 0.4).abs() < 1e-6, "{law:?}");
+        assert!(with_contact(given, &[]).contact.is_none(), "a plane that is there stays");
     }
 }

@@ -41,8 +41,8 @@ impl Struck {
         Some(Self { velocity: velocity_by(&state.v), jacobian, response, mobility })
     }
 
-    /// The impulse at this point that a change of the generalised velocity tells of, by what it does to another
-    /// point of the body; without what the body cannot follow, as one about a hinge.
+    /// The impulse at this point that a change of the generalised velocity tells of, by what it does to
+    /// another point of the body; without what the body cannot follow, as one about a hinge.
     pub(super) fn impulse_of(&self, change: &[f64], by: &Self) -> DVec3 {
         let change = DMatrix::from_column_slice(change.len(), 1, change);
         let response = &by.jacobian * &self.response;
@@ -72,8 +72,8 @@ fn mass_matrix(coordinates: &Coordinates, p: &[f64], x: &[f64], freedoms: usize)
     })
 }
 
-/// The impulse on the second of two bodies where they touch, with a normal from the first to the second, after
-/// which they part at a speed; the first gets the opposite one. It stops the sliding if friction can.
+/// The impulse on the second of two bodies where they touch, with a normal from the first to the second,
+/// after which they part at a speed; the first gets the opposite one. It stops the sliding if friction can.
 pub(super) fn impulse([first, second]: [&Struck; 2], normal: DVec3, parting: f64, friction: f64) -> DVec3 {
     let mobility = first.mobility + second.mobility;
     let relative = second.velocity - first.velocity;

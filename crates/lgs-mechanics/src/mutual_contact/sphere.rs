@@ -63,7 +63,7 @@ pub(super) fn sphere(gaussians: &[SurfaceGaussian]) -> Option<(DVec3, f64)> {
 mod tests {
     use super::*;
 
-    /// Gaussians over a body that reaches so far in a direction, 0.05 below its surface, of which they draw it.
+    /// Gaussians that draw a body which reaches so far in a direction, 0.05 below its surface.
     fn over(surface: impl Fn(DVec3) -> f64) -> Vec<SurfaceGaussian> {
         let spread = 0.05 / HALF_TRANSPARENT;
         let gaussian = |k: usize| {

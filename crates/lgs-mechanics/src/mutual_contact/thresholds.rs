@@ -26,8 +26,8 @@ pub(super) const SAME_TIME: f64 = 2.0;
 /// Part by which the distance of two centres in a hit may differ from the sum of the radii that their
 /// Gaussians show: these lie below the surface by up to their own size, or above it where a hit is late.
 pub(super) const MOST_APART: f64 = 0.25;
-/// Impulse across the line of the centres over that along it up to which a hit is one of spheres: that of most
-/// dull solids that rub.
+/// Impulse across the line of the centres over that along it up to which a hit is one of spheres: that of
+/// most dull solids that rub.
 pub(super) const MOST_ACROSS: f64 = 0.5;
 /// Largest coefficient of friction.
 pub(super) const MOST_FRICTION: f64 = 1.5;
@@ -54,7 +54,7 @@ pub(super) const SPHERE_ROUNDS: usize = 50;
 pub(super) const SPHERE_SPREAD: f64 = 0.1;
 /// Relative distance from the sphere beyond which a Gaussian is no part of it.
 pub(super) const OFF_SPHERE: f64 = 0.2;
-/// Shares of a ball's opaque Gaussians that may lie inside of its sphere and outside of it (measured for quick
-/// sources: up to 0.2 and 0.1). Of a body three times as long as it is thick, 0.3 reach beyond any sphere.
+/// Shares of a ball's opaque Gaussians that may lie inside of its sphere and outside of it (measured for
+/// quick sources: up to 0.2 and 0.1). Of a body three times as long as it is thick, 0.3 reach beyond any.
 pub(super) const MOST_INSIDE: f64 = 0.3;
 pub(super) const MOST_OUTSIDE: f64 = 0.15;
