@@ -32,6 +32,9 @@ pub(super) fn through_impulses(
 
 /// The motion through hits of which other bodies tell, by their times.
 pub(super) fn through_hits(seen: &Observed, laws: &FlightLaws<'_>, times: &[f64]) -> Option<Bounced> {
+    if times.is_empty() {
+        return None;
+    }
     let hits: Vec<Impact> = times.iter().map(|&time| Impact { time, change: Vec::new() }).collect();
     let parts = flights(seen.times, &hits, &vec![false; seen.times.len()]);
     Some(between(seen, (&parts, laws.of_all(&parts)?), &hits)?.knowing_hits(hits.len()))

@@ -51,7 +51,7 @@ pub(super) fn with_laws_of_images(
     let mut bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
     let before = squared_error_of(&scene, frames);
     let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
-    let offer = |(index, bodies): &(usize, Vec<BodyPoses>)| {
+    let offer = |(index, bodies): &ObjectPoses| {
         Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
@@ -65,27 +65,28 @@ pub(super) fn with_laws_of_images(
     (best.scene, decibels_between(best.error, before))
 }
 
+/// Index of an object, and the poses of its bodies as images show them.
+type ObjectPoses = (usize, Vec<BodyPoses>);
+
 /// What bodies offer where others that they touch were struck, as far as the laws of these say so: a law
 /// through hits at these times, if there is one. What is found tells of hits of others in turn.
 fn with_hits(
     mut offers: Vec<Offer>,
-    bodies: &mut [(usize, Vec<BodyPoses>)],
-    offer: &(dyn Fn(&(usize, Vec<BodyPoses>)) -> Offer + Sync),
+    bodies: &mut [ObjectPoses],
+    offer: &(dyn Fn(&ObjectPoses) -> Offer + Sync),
 ) -> Vec<Offer> {
     for _ in 0..ROUNDS_OF_HITS {
-        let laws: Vec<Option<&Law>> =
-            offers.iter().map(|offer| offer.law.as_ref().map(|law| &law.law)).collect();
+        let laws: Vec<Option<&Law>> = offers.iter().map(|offer| offer.of_window.as_ref()).collect();
         let hits = hits_by_others(bodies, &laws);
-        let is_new = |((_, bodies), hits): (&(usize, Vec<BodyPoses>), &Vec<f64>)| {
+        let is_new = |((_, bodies), hits): (&ObjectPoses, &Vec<f64>)| {
             !hits.is_empty() && bodies.iter().any(|body| body.hits != *hits)
         };
         let are_new: Vec<bool> = bodies.iter().zip(&hits).map(is_new).collect();
         for ((_, bodies), hits) in bodies.iter_mut().zip(hits).filter(|(_, hits)| !hits.is_empty()) {
             bodies.iter_mut().for_each(|body| body.hits.clone_from(&hits));
         }
-        let through_hits = |(body, is_new): (&(usize, Vec<BodyPoses>), &bool)| {
-            let is_struck = |law: &DistilledLaw| !law.law.impulses().is_empty();
-            is_new.then(|| offer(body)).filter(|offer| offer.law.as_ref().is_some_and(is_struck))
+        let through_hits = |(body, is_new): (&ObjectPoses, &bool)| {
+            is_new.then(|| offer(body)).filter(|offer| offer.of_window.as_ref().is_some_and(is_struck))
         };
         let found: Vec<Option<Offer>> = bodies.par_iter().zip(&are_new).map(through_hits).collect();
         if found.iter().all(Option::is_none) {
@@ -122,6 +123,8 @@ struct Offer {
     object: usize,
     /// A law of all the window.
     law: Option<DistilledLaw>,
+    /// The same, also where laws of parts of it are offered instead: what it says of impacts.
+    of_window: Option<Law>,
     /// Laws of parts of it, where none explains all of it, with the poses themselves.
     parts: Option<(PartLaws, BodyPoses)>,
 }
@@ -143,13 +146,17 @@ impl Offer {
             let end = body.times.last().copied().unwrap_or_default();
             known.is_some_and(|(_, known)| known.trusted[1] > end)
         };
-        let parts = single.filter(|body| !is_trusted(body)).and_then(|body| {
+        // A law through hits of which others tell needs no parts.
+        let is_hit = law.as_ref().is_some_and(|law| is_struck(&law.law));
+        let may_have_parts = |body: &BodyPoses| !is_trusted(body) && (body.hits.is_empty() || !is_hit);
+        let parts = single.filter(may_have_parts).and_then(|body| {
             let impacts = known.map_or_else(Vec::new, |(law, known)| known_impacts(law, known));
             let parts = part_laws_of_poses(body.clone(), &impacts, config, seed);
             let is_better = known.is_none_or(|(_, known)| parts.forecast_better(known));
             (!parts.is_empty() && is_better).then_some((parts, body))
         });
-        Self { object, law: law.filter(|_| parts.is_none()), parts }
+        let of_window = law.as_ref().map(|law| law.law.clone());
+        Self { object, law: law.filter(|_| parts.is_none()), of_window, parts }
     }
 
     /// The scene with what is offered; nothing if nothing is.
@@ -167,6 +174,11 @@ impl Offer {
         other.objects[self.object].recording = Some(recording);
         Some(other)
     }
+}
+
+/// Whether others strike a body, by its law.
+fn is_struck(law: &Law) -> bool {
+    !law.impulses().is_empty()
 }
 
 /// Decibels by which a squared error is worse than another.
