@@ -6,9 +6,11 @@ use glam::{DMat3, DVec3};
 use lgs_core::geometry::{quaternion, wide};
 use lgs_data::dataset::Frame;
 use lgs_mechanics::Law;
-use lgs_mechanics::contact::Origin;
+use lgs_mechanics::contact::{Impact, Origin};
 use lgs_mechanics::mutual_contact::{SeenBody, SeenContact, SurfaceGaussian, mutual_contact};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectContact};
+
+use crate::thresholds::NO_IMPACT;
 
 /// The scene with the contact of those of its objects that hit each other in the captured window. Where hits
 /// as a contact has them do not follow the laws through the window, objects keep the impulses that they were
@@ -36,6 +38,13 @@ fn interval(scene: &LagrangianScene, frames: &[Frame]) -> f64 {
     f64::from((scene.motion.time_window / steps as f32).max(scene.motion.dt))
 }
 
+/// The events that change a velocity, beside the largest change.
+pub(crate) fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
+    let size = |event: &Impact| event.change.iter().map(|change| change * change).sum::<f64>().sqrt();
+    let largest = events.iter().map(size).fold(0.0, f64::max);
+    events.iter().filter(move |event| size(event) > NO_IMPACT * largest)
+}
+
 /// The law of a single body without planes, with the impulses that it gets in a window. A plane that nothing
 /// at rest shows may be another body: its impacts are impulses then.
 fn law_by_impulses(dynamics: &GeneralisedDynamics, window: f64) -> Option<Cow<'_, Law>> {
@@ -45,7 +54,8 @@ fn law_by_impulses(dynamics: &GeneralisedDynamics, window: f64) -> Option<Cow<'_
         None => Some(Cow::Borrowed(law)),
         Some(contact) if contact.origin == Origin::Fitted && contact.walls.is_empty() => {
             let GeneralisedDynamics { law, .. } = dynamics.clone().with_impacts(window);
-            Some(Cow::Owned(Law { contact: None, ..law }))
+            let events = noticeable(&law.events).cloned().collect();
+            Some(Cow::Owned(Law { contact: None, events, ..law }))
         }
         Some(_) => None,
     }
@@ -118,7 +128,7 @@ mod tests {
     use super::*;
     use lgs_core::GaussianCloud;
     use lgs_mechanics::bands::Known;
-    use lgs_mechanics::contact::{Contact, Impact, Plane, Surface};
+    use lgs_mechanics::contact::{Contact, Plane, Surface};
     use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
     use lgs_model::{MotionConfig, ObjectModel};
 

@@ -5,7 +5,8 @@ use lgs_distill::BodyPoses;
 use lgs_mechanics::Law;
 use lgs_mechanics::contact::{Impact, Origin};
 
-use super::thresholds::{NO_IMPACT, SAME_HIT, TOUCHES};
+use super::thresholds::{SAME_HIT, TOUCHES};
+use crate::contact::noticeable;
 
 /// Times at which each of some bodies is hit by others, by the laws of these, in the order of time: all of
 /// them if there is one that its own law has not, else none. Objects of one rigid body each take part.
@@ -42,9 +43,7 @@ fn struck(law: &Law) -> impl Iterator<Item = f64> {
         Some(contact) if contact.origin != Origin::Fitted || !contact.walls.is_empty() => &[],
         _ => &law.events,
     };
-    let size = |event: &Impact| event.change.iter().map(|change| change * change).sum::<f64>().sqrt();
-    let largest = events.iter().map(size).fold(0.0, f64::max);
-    events.iter().filter(move |event| size(event) > NO_IMPACT * largest).map(|event| event.time)
+    noticeable(events).map(|event| event.time)
 }
 
 fn interval(body: &BodyPoses) -> f64 {

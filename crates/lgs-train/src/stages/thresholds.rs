@@ -90,6 +90,3 @@ pub(super) const TOUCHES: f64 = 2.0;
 pub(super) const SAME_HIT: f64 = 2.0;
 /// Rounds in which hits of one body tell of those of others: of three in a row, the first comes last.
 pub(super) const ROUNDS_OF_HITS: usize = 3;
-/// Change of velocity, over the largest one of a law, up to which an impact is none: a body that comes to
-/// rest on a plane meets it again.
-pub(super) const NO_IMPACT: f64 = 0.01;
