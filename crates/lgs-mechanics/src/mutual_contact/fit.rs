@@ -105,7 +105,7 @@ fn masses(spheres: &[RoundBody], hits: &[SeenHit]) -> Option<Vec<f64>> {
 }
 
 /// A contact whose motion is to be that of the laws. Unknowns are the logarithms of the masses but the first,
-/// all radii, all centres (Gaussians do not cover a ball evenly), restitution and friction.
+/// all radii, restitution and friction.
 struct Fit<'a> {
     bodies: &'a [SeenBody<'a>],
     first: MutualContact,
@@ -131,9 +131,7 @@ impl<'a> Fit<'a> {
         let log = Unknown { scale: MASS_PRIOR, lower: -20.0, upper: 20.0 };
         let mut unknowns = vec![log; bodies.len() - 1];
         let radius = |r: f64| Unknown { scale: RADIUS_PRIOR * r, lower: 0.5 * r, upper: 2.0 * r };
-        unknowns.extend(radii.clone().map(radius));
-        let place = |r: f64, x: f64| Unknown { scale: RADIUS_PRIOR * r, lower: x - r, upper: x + r };
-        unknowns.extend(first.bodies.iter().flat_map(|body| body.center.map(|x| place(body.radius, x))));
+        unknowns.extend(radii.map(radius));
         unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: 1.0 });
         unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: MOST_FRICTION });
         Some(Self { bodies, first, times, seen, error, path, unknowns })
@@ -143,20 +141,17 @@ impl<'a> Fit<'a> {
         let MutualContact { bodies, restitution, friction, .. } = &self.first;
         let masses = bodies[1..].iter().map(|body| body.mass.ln());
         let radii = bodies.iter().map(|body| body.radius);
-        let centers = bodies.iter().flat_map(|body| body.center);
-        masses.chain(radii).chain(centers).chain([*restitution, *friction]).collect()
+        masses.chain(radii).chain([*restitution, *friction]).collect()
     }
 
     fn contact(&self, values: &[f64]) -> MutualContact {
         let count = self.bodies.len();
         let mut contact = self.first.clone();
-        let centers = values[2 * count - 1..].chunks_exact(3);
-        for (index, (body, center)) in contact.bodies.iter_mut().zip(centers).enumerate() {
+        for (index, body) in contact.bodies.iter_mut().enumerate() {
             body.mass = index.checked_sub(1).map_or(1.0, |later| values[later].exp());
             body.radius = values[count - 1 + index];
-            body.center.copy_from_slice(center);
         }
-        (contact.restitution, contact.friction) = (values[values.len() - 2], values[values.len() - 1]);
+        (contact.restitution, contact.friction) = (values[2 * count - 1], values[2 * count]);
         contact
     }
 
@@ -169,9 +164,7 @@ impl<'a> Fit<'a> {
         let mut apart = Vec::with_capacity(self.bodies.len() * self.times.len());
         for (index, events) in events.into_iter().enumerate() {
             let body = &self.bodies[index];
-            // The same point of the body as is seen, wherever the contact has its centre.
-            let point = &self.first.bodies[index];
-            let moved = centers(body, &with_events(body.law, events), point, &self.times)?;
+            let moved = centers(body, &with_events(body.law, events), &contact.bodies[index], &self.times)?;
             apart.extend(moved.iter().zip(&self.seen[index]).map(|(moved, seen)| *moved - *seen));
         }
         Some(apart)
