@@ -4,7 +4,7 @@
 use super::RoundBody;
 use super::hit::Struck;
 use super::sphere::{SurfaceGaussian, sphere};
-use super::thresholds::{FEWEST_HITS, MOST_ACROSS, MOST_APART, SAME_TIME};
+use super::thresholds::{MOST_ACROSS, MOST_APART, SAME_TIME};
 use crate::contact::Impact;
 use crate::coordinates::{Embedding, State};
 use crate::edit::Edit;
@@ -128,7 +128,7 @@ pub(super) fn hits(bodies: &[SeenBody<'_>], spheres: &[RoundBody], interval: f64
             kept.push(hit);
         }
     }
-    if kept.len() < FEWEST_HITS { Vec::new() } else { kept }
+    kept
 }
 
 /// What two events are if they are one hit.

@@ -18,8 +18,6 @@ pub(super) const AFTER: f64 = 1e-12;
 
 // Fits
 
-/// Hits that tell of a contact at least.
-pub(super) const FEWEST_HITS: usize = 1;
 /// Time between the events of two bodies up to which they may be one hit, in intervals between samples: an
 /// impulse is found between the samples before and after it, and tracks smear it over one more.
 pub(super) const SAME_TIME: f64 = 2.0;
@@ -55,6 +53,6 @@ pub(super) const SPHERE_SPREAD: f64 = 0.1;
 /// Relative distance from the sphere beyond which a Gaussian is no part of it.
 pub(super) const OFF_SPHERE: f64 = 0.2;
 /// Shares of a ball's opaque Gaussians that may lie inside of its sphere and outside of it (measured for
-/// quick sources: up to 0.2 and 0.1). Of a body three times as long as it is thick, 0.3 reach beyond any.
+/// the three balls of one quick source: up to 0.2 and 0.1). Of a body three times as long as it is thick, 0.3 reach beyond any.
 pub(super) const MOST_INSIDE: f64 = 0.3;
 pub(super) const MOST_OUTSIDE: f64 = 0.15;

@@ -12,7 +12,7 @@ use super::generalised::exact;
 use super::{GeneralisedDynamics, LagrangianScene};
 use crate::thresholds::RESOLVED_WINDOWS;
 
-/// Objects of a scene that hit each other (method §5.8).
+/// Objects of a scene that hit each other (method §5.9).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectContact {
