@@ -5,6 +5,7 @@ mod common;
 
 use common::{law, state};
 use glam::{DMat3, DVec3};
+use lgs_mechanics::bands::{DrawnLaws, PosteriorLaws, StartedLaw};
 use lgs_mechanics::contact::Impact;
 use lgs_mechanics::coordinates::{Coordinates, Inertia, Port, State};
 use lgs_mechanics::mutual_contact::{
@@ -95,6 +96,72 @@ fn restitution_friction_masses_and_radii_are_those_of_the_hits() {
     let [truth, forecast] = [&balls.contact, &found.contact].map(|contact| balls.events(contact, edit));
     let [truth, forecast] = [truth, forecast].map(|events| events[2][0].clone());
     assert!((truth.time - forecast.time).abs() < 5e-3, "{truth:?} {forecast:?}");
+}
+
+#[test]
+fn gaussians_that_do_not_cover_a_ball_evenly_leave_its_centre_where_the_hits_have_it() {
+    let mut balls = balls(0.9, 0.0);
+    for (gaussians, by) in balls.gaussians.iter_mut().zip([0.012, -0.008, 0.01]) {
+        gaussians.iter_mut().for_each(|gaussian| gaussian.mean += DVec3::Y * by);
+    }
+    let laws = balls.seen(|_, event| event);
+    let found = mutual_contact(&balls.bodies(&laws), 1.0, 0.02).unwrap();
+    assert!(found.error < 2e-3, "{found:?}");
+    let edit = Edit { velocity: 0.6, ..Edit::NONE };
+    let [truth, forecast] = [&balls.contact, &found.contact].map(|contact| balls.events(contact, edit));
+    let change = |events: &[Vec<Impact>]| DVec3::from_slice(&events[1][0].change[3..]);
+    let apart = (change(&truth) - change(&forecast)).length() / change(&truth).length();
+    assert!(apart < 0.02, "{apart}");
+}
+
+#[test]
+fn contacts_are_drawn_as_widely_as_the_hits_leave_them_open() {
+    let balls = balls(0.7, 0.15);
+    let laws = balls.seen(|_, event| event);
+    let found = mutual_contact(&balls.bodies(&laws), 1.0, 0.02).unwrap();
+    let [deviation, _] = found.contact.deviations;
+    let squares = found.drawn.iter().map(|drawn| (drawn.restitution - found.contact.restitution).powi(2));
+    let drawn = (squares.sum::<f64>() / found.drawn.len() as f64).sqrt();
+    assert!((0.6..1.6).contains(&(drawn / deviation)), "{drawn}, not {deviation}");
+    assert!(found.drawn.iter().all(|drawn| drawn.check().is_ok() && found.contact.has_hits_of(drawn)));
+}
+
+/// A ball on a line, with draws of its velocity.
+fn drawn_ball(x: f64, velocity: f64, drawn: &[f64]) -> PosteriorLaws {
+    let started = |velocity: f64| StartedLaw {
+        law: law(Coordinates::Point, &[], &[]),
+        start: state(&[x, 0.0, 0.0], &[velocity, 0.0, 0.0]),
+    };
+    let drawn = drawn.iter().map(|&velocity| started(velocity)).collect();
+    let laws = vec![DrawnLaws { middle: started(velocity), order: vec![0], part: 1.0, drawn }];
+    PosteriorLaws { laws, window: 1.0, path: 1.0, radius: 1e-3 }
+}
+
+#[test]
+fn each_draw_of_all_bodies_has_the_hits_that_follow_from_it() {
+    let round =
+        |x: f64, radius: f64| RoundBody { center: [x, 0.0, 0.0], radius, mass: 1.0, hits: Vec::new() };
+    let contact = |radius: f64| MutualContact {
+        bodies: vec![round(0.0, radius), round(1.0, 0.3)],
+        restitution: 1.0,
+        friction: 0.0,
+        deviations: [0.0; 2],
+    };
+    let (first, second) = (drawn_ball(0.0, 1.0, &[0.8, 1.25]), drawn_ball(1.0, 0.0, &[0.0]));
+    let bodies = [(&first, Edit::NONE), (&second, Edit::NONE)];
+    let drawn = [contact(0.3), contact(0.2)];
+    let struck = contact(0.3).with_hits(&drawn, &bodies, [0.0, 2.0]).unwrap();
+    let times = |body: usize| -> Vec<f64> {
+        let DrawnLaws { middle, drawn, .. } = &struck[body].laws[0];
+        std::iter::once(middle).chain(drawn).map(|one| one.law.events[0].time).collect()
+    };
+    for (found, expected) in times(0).iter().zip(times(1)).zip([0.4, 0.4 / 0.8, 0.5 / 1.25]) {
+        assert!((found.0 - expected).abs() < 1e-6 && (found.1 - expected).abs() < 1e-6, "{found:?}");
+    }
+    assert!(contact(0.3).with_hits(&[], &bodies, [0.0, 2.0]).is_none(), "no draws");
+    let mut in_part = first.clone();
+    in_part.laws[0].part = 0.01;
+    assert!(contact(0.3).with_hits(&drawn, &[(&in_part, Edit::NONE), bodies[1]], [0.0, 2.0]).is_none());
 }
 
 #[test]

@@ -5,9 +5,11 @@ use std::borrow::Cow;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{quaternion, wide};
 use lgs_data::dataset::Frame;
-use lgs_mechanics::Law;
+use lgs_mechanics::bands::{DrawnLaws, StartedLaw};
 use lgs_mechanics::contact::{Impact, Origin};
+use lgs_mechanics::coordinates::State;
 use lgs_mechanics::mutual_contact::{SeenBody, SeenContact, SurfaceGaussian, mutual_contact};
+use lgs_mechanics::{Edit, Law, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectContact};
 
 use crate::thresholds::NO_IMPACT;
@@ -20,13 +22,32 @@ pub(crate) fn with_contact(mut scene: LagrangianScene, frames: &[Frame]) -> Lagr
     if let Some(ObjectContact { objects, .. }) = &found {
         let window = f64::from(scene.motion.time_window);
         for &object in objects {
-            let Dynamics::Generalised(dynamics) = &mut scene.objects[object].dynamics else { continue };
-            if let Some(Cow::Owned(law)) = law_by_impulses(dynamics, window) {
-                dynamics.law = law;
+            if let Dynamics::Generalised(dynamics) = &mut scene.objects[object].dynamics {
+                take_impulses(dynamics, window);
             }
         }
     }
-    LagrangianScene { contact: found, ..scene }
+    LagrangianScene { contact: found, ..scene }.with_bands_of_hits()
+}
+
+/// Takes impulses in the place of a plane that may be another body; so do the laws that are drawn from what
+/// is known of the motion, but those that meet the plane more or less often.
+fn take_impulses(dynamics: &mut GeneralisedDynamics, window: f64) {
+    let Some(Cow::Owned(law)) = law_by_impulses((&dynamics.law, &dynamics.start), window) else { return };
+    let count = law.events.len();
+    let by_impulses = |StartedLaw { law, start }: &StartedLaw| {
+        let law = law_by_impulses((law, start), window)?.into_owned();
+        (law.events.len() == count).then(|| StartedLaw { law, start: start.clone() })
+    };
+    dynamics.law = law;
+    if let Some(mut posterior) = dynamics.known.posterior.take() {
+        let of_each = |laws: DrawnLaws| {
+            let drawn = laws.drawn.iter().filter_map(by_impulses).collect();
+            Some(DrawnLaws { middle: by_impulses(&laws.middle)?, drawn, ..laws })
+        };
+        posterior.laws = posterior.laws.into_iter().filter_map(of_each).collect();
+        dynamics.known.posterior = (!posterior.laws.is_empty()).then_some(posterior);
+    }
 }
 
 /// Time between two of the captured times.
@@ -47,15 +68,14 @@ pub(crate) fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
 
 /// The law of a single body without planes, with the impulses that it gets in a window. A plane that nothing
 /// at rest shows may be another body: its impacts are impulses then.
-fn law_by_impulses(dynamics: &GeneralisedDynamics, window: f64) -> Option<Cow<'_, Law>> {
-    let GeneralisedDynamics { law, .. } = dynamics;
+fn law_by_impulses<'a>((law, start): (&'a Law, &State), window: f64) -> Option<Cow<'a, Law>> {
     match &law.contact {
         _ if law.coordinates.bodies() != 1 => None,
         None => Some(Cow::Borrowed(law)),
         Some(contact) if contact.origin == Origin::Fitted && contact.walls.is_empty() => {
-            let GeneralisedDynamics { law, .. } = dynamics.clone().with_impacts(window);
-            let events = noticeable(&law.events).cloned().collect();
-            Some(Cow::Owned(Law { contact: None, events, ..law }))
+            let met = System::new(law, Edit::NONE).impacts(start, window).unwrap_or_default();
+            let events = noticeable(&met).cloned().collect();
+            Some(Cow::Owned(Law { contact: None, events, ..law.clone() }))
         }
         Some(_) => None,
     }
@@ -67,7 +87,7 @@ fn contact_of(scene: &LagrangianScene, interval: f64) -> Option<ObjectContact> {
     let able: Vec<(usize, &GeneralisedDynamics, Cow<'_, Law>)> = able
         .filter_map(|(index, object)| {
             let dynamics = object.dynamics.generalised()?;
-            Some((index, dynamics, law_by_impulses(dynamics, window)?))
+            Some((index, dynamics, law_by_impulses((&dynamics.law, &dynamics.start), window)?))
         })
         .collect();
     let surfaces: Vec<Vec<SurfaceGaussian>> =
@@ -86,6 +106,7 @@ fn contact_of(scene: &LagrangianScene, interval: f64) -> Option<ObjectContact> {
     (found.follows_laws() && all_are_hits).then(|| ObjectContact {
         objects: found.bodies.iter().map(|&body| able[body].0).collect(),
         contact: found.contact,
+        drawn: found.drawn,
         replays_window: true,
     })
 }
@@ -105,7 +126,7 @@ fn surface(scene: &LagrangianScene, object: usize) -> Vec<SurfaceGaussian> {
 
 fn told(found: &SeenContact) {
     tracing::debug!(?found, "objects that hit each other");
-    let SeenContact { bodies, contact, error } = found;
+    let SeenContact { bodies, contact, error, .. } = found;
     let (count, percent) = (bodies.len(), 100.0 * error);
     if found.follows_laws() {
         let [deviation, _] = contact.deviations;
@@ -129,7 +150,7 @@ mod tests {
     use lgs_core::GaussianCloud;
     use lgs_mechanics::bands::Known;
     use lgs_mechanics::contact::{Contact, Plane, Surface};
-    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+    use lgs_mechanics::coordinates::{Bodies, Coordinates};
     use lgs_model::{MotionConfig, ObjectModel};
 
     /// Gaussians of a ball of radius 0.3.

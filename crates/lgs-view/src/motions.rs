@@ -77,11 +77,14 @@ impl Motions {
         let index = self.of(edits)?;
         let Kept { edits, motion, shown, .. } = &mut self.kept[index];
         let scene = motion.scene();
-        let of_object = |object: usize| match edits.get(object).filter(|edit| !edit.is_none()) {
-            Some(edit) => Shown::Edited(scene.trusted_under(object, edit.scales())),
-            None => Shown::Unedited,
+        let of_objects = || {
+            let scales: Vec<Edit> = (0..scene.objects.len())
+                .map(|object| edits.get(object).map_or_else(Edit::default, ObjectEdit::scales))
+                .collect();
+            let is_edited = |object: usize| edits.get(object).is_some_and(|edit| !edit.is_none());
+            Shown::of_objects(scene, &scales, &is_edited)
         };
-        Ok(shown.get_or_insert_with(|| (0..scene.objects.len()).map(of_object).collect()).clone())
+        Ok(shown.get_or_insert_with(of_objects).clone())
     }
 
     /// Bytes of all rollouts, and the most that they may take.

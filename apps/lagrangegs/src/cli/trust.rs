@@ -65,9 +65,9 @@ pub(super) fn trust_in(run: &Run, model: ModelName, edit: Edit) -> Result<Trust>
     Ok(match model {
         ModelName::Lagrangian => {
             let laws = laws_of(run)?;
-            let object =
-                |index| (laws.get(index).and_then(Option::as_ref), Shown::of(&run.scene, index, edit));
-            Trust::of_objects((0..run.scene.objects.len()).map(object), window)
+            let law = |index: usize| laws.get(index).and_then(Option::as_ref);
+            let shown = Shown::of_scene(&run.scene, edit).into_iter().enumerate();
+            Trust::of_objects(shown.map(|(index, shown)| (law(index), shown)), window)
         }
         ModelName::Source => Trust::Source([0.0, window]),
     })

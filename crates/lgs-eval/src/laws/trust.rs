@@ -27,10 +27,26 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// The motion of an object of a scene, with the same edit as a whole scene has.
+    /// The motions of all objects of a scene under an edit of each; `is_edited` tells which are edited.
     #[must_use]
-    pub fn of(scene: &LagrangianScene, object: usize, edit: Edit) -> Self {
-        if edit == Edit::default() { Self::Unedited } else { Self::Edited(scene.trusted_under(object, edit)) }
+    pub fn of_objects(
+        scene: &LagrangianScene,
+        edits: &[Edit],
+        is_edited: &dyn Fn(usize) -> bool,
+    ) -> Vec<Self> {
+        let moves_otherwise = |&object: &usize| scene.moved_with(object).into_iter().any(is_edited);
+        let otherwise: Vec<usize> = (0..scene.objects.len()).filter(moves_otherwise).collect();
+        let mut shown = vec![Self::Unedited; scene.objects.len()];
+        for (&object, trusted) in otherwise.iter().zip(scene.trusted_under(&otherwise, edits)) {
+            shown[object] = Self::Edited(trusted);
+        }
+        shown
+    }
+
+    /// The same where the whole scene has one edit.
+    #[must_use]
+    pub fn of_scene(scene: &LagrangianScene, edit: Edit) -> Vec<Self> {
+        Self::of_objects(scene, &vec![edit; scene.objects.len()], &|_| edit != Edit::default())
     }
 }
 

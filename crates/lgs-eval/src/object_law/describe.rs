@@ -156,7 +156,7 @@ mod tests {
         let body = |mass: f64, hits: Vec<usize>| RoundBody { center: [0.0; 3], radius: 0.2, mass, hits };
         let bodies = vec![body(1.0, vec![0]), body(3.0, vec![1])];
         let contact = MutualContact { bodies, restitution: 0.8, friction: 0.0, deviations: [0.05, 0.0] };
-        let contact = ObjectContact { objects: vec![0, 2], contact, replays_window: true };
+        let contact = ObjectContact { objects: vec![0, 2], contact, drawn: Vec::new(), replays_window: true };
         let record = ObjectLaw::describing(&law, Verdict::Described);
         assert_eq!(record.clone().with_hits(&contact, 1), record, "no part of it");
         let record = record.with_hits(&contact, 2);

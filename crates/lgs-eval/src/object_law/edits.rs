@@ -57,7 +57,8 @@ impl ObjectLaw {
         };
         let told = |edit: &Edit| {
             let Edit { velocity_scale, potential_scale, force_scale } = *edit;
-            let trusted = scene.trusted_under(object, *edit)?;
+            let edits = vec![*edit; scene.objects.len()];
+            let trusted = scene.trusted_under(&[object], &edits).pop()??;
             Some(TrustedEdit { velocity_scale, potential_scale, force_scale, trusted })
         };
         if self.verdict == Verdict::Explained {

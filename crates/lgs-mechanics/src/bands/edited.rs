@@ -77,7 +77,7 @@ impl StartedLaw {
         states.into_iter().map(|state| state.map(placed)).collect()
     }
 
-    fn check(&self) -> Result<(), MechanicsError> {
+    pub(crate) fn check(&self) -> Result<(), MechanicsError> {
         self.law.check()?;
         self.law.coordinates.check_state(&self.start)
     }

@@ -37,13 +37,18 @@ impl Known {
     /// which the forecast is trusted and whether the law explains the motion. `window` is the duration of the
     /// captured window, `path` the length of the path in such a time. A law that something outside of it
     /// strikes in the window is not trusted beyond it: nobody knows what strikes next.
-    pub fn take_band(&mut self, law: &Law, (times, radius): (&[f64], &[f64]), window: f64, path: f64) {
-        self.trusted = trusted(times, radius, [0.0, window], TRUSTED_FRACTION * path);
-        let explains = self.trusted[1] >= EXPLAINED_WINDOWS * window;
-        self.verdict = if explains { Verdict::Explained } else { Verdict::Described };
+    pub fn take_band(&mut self, law: &Law, band: (&[f64], &[f64]), window: f64, path: f64) {
+        self.take_band_with_hits(band, window, path);
         if !law.impulses().is_empty() {
             self.limit_to_window(window);
         }
+    }
+
+    /// The same of a law whose impulses are all hits of a contact, which the band has also after the window.
+    pub fn take_band_with_hits(&mut self, (times, radius): (&[f64], &[f64]), window: f64, path: f64) {
+        self.trusted = trusted(times, radius, [0.0, window], TRUSTED_FRACTION * path);
+        let explains = self.trusted[1] >= EXPLAINED_WINDOWS * window;
+        self.verdict = if explains { Verdict::Explained } else { Verdict::Described };
         let radius = radius.iter().map(|radius| radius.is_finite().then_some(*radius)).collect();
         self.band = PositionBand { times: times.to_vec(), radius };
     }
@@ -63,9 +68,35 @@ impl Known {
     pub fn trusted_under(
         &self,
         edit: Edit,
+        law: (&Law, &State),
+        points: (&Bodies, &[[f32; 3]]),
+    ) -> Option<[f64; 2]> {
+        self.trusted_by(self.posterior.as_ref()?, edit, law, points)
+    }
+
+    /// The same where other drawn laws say how the edited motion goes: with the hits that follow.
+    #[must_use]
+    pub fn trusted_by(
+        &self,
+        changed: &PosteriorLaws,
+        edit: Edit,
+        law: (&Law, &State),
+        points: (&Bodies, &[[f32; 3]]),
+    ) -> Option<[f64; 2]> {
+        let radius = self.radius_by(changed, edit, law, points)?;
+        let [since, until] = trusted(&self.band.times, &radius, [0.0; 2], TRUSTED_FRACTION * changed.path);
+        Some([since.max(self.trusted[0]), until.min(self.trusted[1])])
+    }
+
+    /// Radius of the 90 % band around an edited motion as drawn laws have it, at the times of the band.
+    #[must_use]
+    pub fn radius_by(
+        &self,
+        changed: &PosteriorLaws,
+        edit: Edit,
         (law, start): (&Law, &State),
         (bodies, points): (&Bodies, &[[f32; 3]]),
-    ) -> Option<[f64; 2]> {
+    ) -> Option<Vec<f64>> {
         let posterior = self.posterior.as_ref()?;
         let (times, points) = (&self.band.times, bodies.spread(points, EDITED_POINTS));
         let longest = law.under(edit, start, *times.last()?).step;
@@ -73,15 +104,12 @@ impl Known {
         let wider = self.rms_radius(posterior.window) / posterior.radius;
         let wider = if wider.is_finite() { wider.max(1.0) } else { f64::INFINITY };
         let unedited = Stepped { scales: Edit::NONE, ..edit };
-        let [own, edited] = [unedited, edit].map(|edit| posterior.radius(edit, times, &points));
+        let own = posterior.radius(unedited, times, &points);
+        let edited = changed.radius(edit, times, &points);
         // The band, widened as the draws are by the edit; or the draws, widened as the band is since.
         let band = self.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
-        let radius: Vec<f64> = band
-            .zip(own.iter().zip(&edited))
-            .map(|(band, (own, edited))| (band * (edited / own).max(1.0)).min(edited * wider))
-            .collect();
-        let [since, until] = trusted(times, &radius, [0.0; 2], TRUSTED_FRACTION * posterior.path);
-        Some([since.max(self.trusted[0]), until.min(self.trusted[1])])
+        let both = band.zip(own.iter().zip(&edited));
+        Some(both.map(|(band, (own, edited))| (band * (edited / own).max(1.0)).min(edited * wider)).collect())
     }
 
     /// Takes scaled terms as the law to be known, with a factor for each term.

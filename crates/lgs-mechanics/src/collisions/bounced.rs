@@ -2,7 +2,7 @@
 
 use super::freedom::{OF_MATERIAL, unknowns_of, with_planes_changed};
 use super::samples::Samples;
-use crate::bands::{Normal, Verdict, radius};
+use crate::bands::{DrawnLaws, Normal, StartedLaw, Verdict, radius};
 use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground};
 use crate::coordinates::State;
@@ -11,7 +11,7 @@ use crate::error::MechanicsError;
 use crate::fit::Fitted;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_TIMES, DRAWS, KNOWN_OF_HIT, MOST_FRICTION, NEAR_PLANE};
+use crate::thresholds::{COMPARED_TIMES, DRAWS, KNOWN_OF_HIT, MOST_FRICTION, NEAR_PLANE, REDRAWS};
 use lgs_core::stream;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -91,6 +91,19 @@ impl Bounced {
     /// The fitted motion at times of the track's clock.
     pub fn states(&self, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
         System::new(&self.law, Edit::NONE).states(&self.start, &self.since(times))
+    }
+
+    /// Laws drawn from its posterior; draws whose impulses are not in order are drawn again.
+    #[must_use]
+    pub fn drawn_laws(&self, count: usize, seed: u64) -> DrawnLaws {
+        let normal = Normal::new(&self.covariance);
+        let mut stream = stream(seed, "laws through impacts", 0);
+        let started = |(law, start)| StartedLaw { law, start };
+        let mut draw = || started(self.drawn(&normal.draw(&mut stream)));
+        let mut allowed = || (0..=REDRAWS).map(|_| draw()).find(|drawn| drawn.check().is_ok());
+        let drawn = (0..count).filter_map(|_| allowed()).collect();
+        let middle = started((self.law.clone(), self.start.clone()));
+        DrawnLaws { middle, order: vec![0], part: 1.0, drawn }
     }
 
     /// Radius around the fitted motion that holds 90 % of its posterior, for each time, world units; it

@@ -1,8 +1,9 @@
 //! Contact between bodies from the laws of each of them.
 
 use super::seen::{SeenBody, SeenHit, hits};
-use super::thresholds::{COMPARED, MASS_PRIOR, MOST_FRICTION, PLACE_ERROR, RADIUS_PRIOR};
+use super::thresholds::{COMPARED, DRAWN_CONTACTS, MASS_PRIOR, MOST_FRICTION, PLACE_ERROR, RADIUS_PRIOR};
 use super::{Moving, MutualContact, RoundBody};
+use crate::bands::changes;
 use crate::contact::Impact;
 use crate::coordinates::Embedding;
 use crate::edit::Edit;
@@ -20,6 +21,8 @@ pub struct SeenContact {
     pub bodies: Vec<usize>,
     /// Their contact.
     pub contact: MutualContact,
+    /// Contacts drawn from what the laws tell of it.
+    pub drawn: Vec<MutualContact>,
     /// Farthest that a body gets in the window, by hits as the contact has them, from where its own law has
     /// it, over the length of the longest path.
     pub error: f64,
@@ -52,8 +55,7 @@ pub fn mutual_contact(bodies: &[SeenBody<'_>], window: f64, interval: f64) -> Op
     let bodies = of(&places);
     let seen = hits(&bodies, &spheres, interval);
     let first = first_values(spheres, &seen)?;
-    let (contact, error) = Fit::new(&bodies, first, window)?.solve()?;
-    Some(SeenContact { bodies: places, contact, error })
+    Fit::new(&bodies, first, window)?.solve(places)
 }
 
 /// The contact as single hits tell of it.
@@ -105,7 +107,7 @@ fn masses(spheres: &[RoundBody], hits: &[SeenHit]) -> Option<Vec<f64>> {
 }
 
 /// A contact whose motion is to be that of the laws. Unknowns are the logarithms of the masses but the first,
-/// all radii, restitution and friction.
+/// all radii, all centres (Gaussians do not cover a ball evenly), restitution and friction.
 struct Fit<'a> {
     bodies: &'a [SeenBody<'a>],
     first: MutualContact,
@@ -131,7 +133,9 @@ impl<'a> Fit<'a> {
         let log = Unknown { scale: MASS_PRIOR, lower: -20.0, upper: 20.0 };
         let mut unknowns = vec![log; bodies.len() - 1];
         let radius = |r: f64| Unknown { scale: RADIUS_PRIOR * r, lower: 0.5 * r, upper: 2.0 * r };
-        unknowns.extend(radii.map(radius));
+        unknowns.extend(radii.clone().map(radius));
+        let place = |r: f64, x: f64| Unknown { scale: RADIUS_PRIOR * r, lower: x - r, upper: x + r };
+        unknowns.extend(first.bodies.iter().flat_map(|body| body.center.map(|x| place(body.radius, x))));
         unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: 1.0 });
         unknowns.push(Unknown { scale: 0.1, lower: 0.0, upper: MOST_FRICTION });
         Some(Self { bodies, first, times, seen, error, path, unknowns })
@@ -141,17 +145,20 @@ impl<'a> Fit<'a> {
         let MutualContact { bodies, restitution, friction, .. } = &self.first;
         let masses = bodies[1..].iter().map(|body| body.mass.ln());
         let radii = bodies.iter().map(|body| body.radius);
-        masses.chain(radii).chain([*restitution, *friction]).collect()
+        let centers = bodies.iter().flat_map(|body| body.center);
+        masses.chain(radii).chain(centers).chain([*restitution, *friction]).collect()
     }
 
     fn contact(&self, values: &[f64]) -> MutualContact {
         let count = self.bodies.len();
         let mut contact = self.first.clone();
-        for (index, body) in contact.bodies.iter_mut().enumerate() {
+        let centers = values[2 * count - 1..].chunks_exact(3);
+        for (index, (body, center)) in contact.bodies.iter_mut().zip(centers).enumerate() {
             body.mass = index.checked_sub(1).map_or(1.0, |later| values[later].exp());
             body.radius = values[count - 1 + index];
+            body.center.copy_from_slice(center);
         }
-        (contact.restitution, contact.friction) = (values[2 * count - 1], values[2 * count]);
+        (contact.restitution, contact.friction) = (values[values.len() - 2], values[values.len() - 1]);
         contact
     }
 
@@ -164,25 +171,40 @@ impl<'a> Fit<'a> {
         let mut apart = Vec::with_capacity(self.bodies.len() * self.times.len());
         for (index, events) in events.into_iter().enumerate() {
             let body = &self.bodies[index];
-            let moved = centers(body, &with_events(body.law, events), &contact.bodies[index], &self.times)?;
+            // The same point of the body as is seen, wherever the contact has its centre.
+            let point = &self.first.bodies[index];
+            let moved = centers(body, &with_events(body.law, events), point, &self.times)?;
             apart.extend(moved.iter().zip(&self.seen[index]).map(|(moved, seen)| *moved - *seen));
         }
         Some(apart)
     }
 
-    /// The contact that follows the laws best, and how far it is from them, in parts of the path.
-    fn solve(&self) -> Option<(MutualContact, f64)> {
+    /// The contact that follows the laws best of bodies with these places among all.
+    fn solve(&self, places: Vec<usize>) -> Option<SeenContact> {
         let settings = Settings { iterations: 20, ..Settings::default() };
         let Minimum { values, loss, information } = minimise(self, &self.values(), &settings)?;
         let contact = self.contact(&values);
         let farthest = self.apart(&contact)?.iter().map(|apart| apart.length()).fold(0.0, f64::max);
         // What is left of the motion is error of the laws, in a few numbers: a bend for each flight.
-        let spread = (loss / (3.0 * self.bodies.len() as f64)).max(1.0).sqrt();
-        let covariance = covariance_of(&information)?;
-        let deviation = |i: usize| spread * covariance[(i, i)].max(0.0).sqrt();
+        let spread = (loss / (3.0 * self.bodies.len() as f64)).max(1.0);
+        let covariance = covariance_of(&information)? * spread;
+        let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
         let count = values.len();
-        let deviations = [deviation(count - 2), deviation(count - 1)];
-        Some((MutualContact { deviations, ..contact }, farthest / self.path))
+        let contact = MutualContact { deviations: [deviation(count - 2), deviation(count - 1)], ..contact };
+        let drawn = self.drawn(&values, &covariance);
+        Some(SeenContact { bodies: places, contact, drawn, error: farthest / self.path })
+    }
+
+    /// Contacts drawn around some values.
+    fn drawn(&self, values: &[f64], covariance: &DMatrix<f64>) -> Vec<MutualContact> {
+        let changes = changes(covariance, DRAWN_CONTACTS, (0, 0), &|_, _| 1.0);
+        let bounded = |((value, change), unknown): ((&f64, &f64), &Unknown)| {
+            (value + change).clamp(unknown.lower, unknown.upper)
+        };
+        let changed = |change: &Vec<f64>| -> Vec<f64> {
+            values.iter().zip(change).zip(&self.unknowns).map(bounded).collect()
+        };
+        changes.iter().map(|change| self.contact(&changed(change))).collect()
     }
 }
 

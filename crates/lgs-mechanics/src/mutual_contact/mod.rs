@@ -9,6 +9,7 @@ mod hit;
 mod motion;
 #[cfg(test)]
 mod motion_tests;
+mod posterior;
 mod seen;
 mod sphere;
 mod thresholds;
@@ -79,6 +80,12 @@ impl MutualContact {
         bounded("restitution", restitution, "0 to 1", (0.0..=1.0).contains(&restitution))?;
         bounded("friction", friction, "at least 0", friction >= 0.0)?;
         self.deviations.iter().try_for_each(|&value| bounded("deviation", value, "at least 0", value >= 0.0))
+    }
+
+    /// Whether another contact is one of as many bodies with the same hits.
+    #[must_use]
+    pub fn has_hits_of(&self, other: &Self) -> bool {
+        self.bodies.iter().map(|body| &body.hits).eq(other.bodies.iter().map(|body| &body.hits))
     }
 
     /// All pairs of bodies, the first one before the second.

@@ -31,6 +31,8 @@ pub(super) const MOST_ACROSS: f64 = 0.5;
 pub(super) const MOST_FRICTION: f64 = 1.5;
 /// Times at which motions are compared.
 pub(super) const COMPARED: usize = 48;
+/// Contacts that are drawn from what laws tell of one: as many as laws are drawn of a body.
+pub(super) const DRAWN_CONTACTS: usize = 32;
 /// Error of a law's places, in radii.
 pub(super) const PLACE_ERROR: f64 = 0.01;
 /// Error of a mass as one hit tells it, relative.

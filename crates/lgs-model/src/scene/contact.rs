@@ -20,6 +20,9 @@ pub struct ObjectContact {
     pub objects: Vec<usize>,
     /// Their spheres, masses, restitution and friction.
     pub contact: MutualContact,
+    /// Others like it, drawn from what is known of it.
+    #[serde(default)]
+    pub drawn: Vec<MutualContact>,
     /// Whether hits in the captured window are those that the laws have, as long as no object is edited; else
     /// all hits are those that follow.
     pub replays_window: bool,
@@ -28,8 +31,12 @@ pub struct ObjectContact {
 impl ObjectContact {
     /// What is wrong with it in a scene of some objects; nothing if it fits.
     pub(super) fn misfit(&self, scene: &LagrangianScene) -> Option<String> {
-        if let Err(error) = self.contact.check() {
+        let all = || std::iter::once(&self.contact).chain(&self.drawn);
+        if let Some(error) = all().find_map(|contact| contact.check().err()) {
             return Some(error.to_string());
+        }
+        if let Some(drawn) = self.drawn.iter().find(|drawn| !self.contact.has_hits_of(drawn)) {
+            return Some(format!("a drawn contact with other hits or bodies: {:?}", drawn.bodies));
         }
         if self.objects.len() != self.contact.bodies.len() {
             return Some(format!("{} objects, {} bodies", self.objects.len(), self.contact.bodies.len()));
@@ -119,7 +126,7 @@ impl EditedLaws {
 }
 
 /// Time up to which the hits are those that the laws have.
-fn known_until(scene: &LagrangianScene, edits: &[Edit]) -> f64 {
+pub(super) fn known_until(scene: &LagrangianScene, edits: &[Edit]) -> f64 {
     let is_edited = |contact: &ObjectContact| {
         !contact.replays_window || contact.objects.iter().any(|&object| edits[object] != Edit::default())
     };
@@ -169,7 +176,12 @@ mod tests {
             velocities: vec![[0.0; 3]; means.len()],
             dynamic_gaussians: GaussianCloud::isotropic(means, 0.1, [0.5; 3], 0.9),
             objects: places.into_iter().enumerate().map(ball).collect(),
-            contact: Some(ObjectContact { objects: vec![0, 1, 2], contact, replays_window: true }),
+            contact: Some(ObjectContact {
+                objects: vec![0, 1, 2],
+                contact,
+                drawn: Vec::new(),
+                replays_window: true,
+            }),
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

@@ -39,13 +39,6 @@ impl GeneralisedDynamics {
         times.iter().map(at).collect()
     }
 
-    /// Times between which the forecast of an edited motion of particles that are at `points` at t = 0 is
-    /// trusted; nothing where the law has no draws of its posterior to tell.
-    #[must_use]
-    pub fn trusted_under(&self, edit: Edit, points: &[[f32; 3]]) -> Option<[f64; 2]> {
-        self.known.trusted_under(exact(edit), (&self.law, &self.start), (&self.bodies, points))
-    }
-
     /// Multiplies the strengths of the terms of the law, and of those that are drawn from its posterior, by a
     /// factor for each.
     ///

@@ -5,6 +5,7 @@
 //! list the static Gaussians first and the dynamic ones behind them, at every time in the same order.
 
 mod contact;
+mod contact_trust;
 mod continuation;
 mod dynamics;
 mod dynamics_file;
@@ -90,15 +91,6 @@ impl LagrangianScene {
     #[must_use]
     pub fn len(&self) -> usize {
         self.static_gaussians.len() + self.dynamic_gaussians.len()
-    }
-
-    /// Times between which the forecast of an object under an edit is trusted by the laws that are drawn from
-    /// what is known of its motion; nothing where there are none.
-    #[must_use]
-    pub fn trusted_under(&self, object: usize, edit: Edit) -> Option<[f64; 2]> {
-        let object = self.objects.get(object)?;
-        let points = self.dynamic_gaussians.means.get(object.members.clone())?;
-        object.dynamics.generalised()?.trusted_under(edit, points)
     }
 
     /// Whether the scene has no Gaussian at all.

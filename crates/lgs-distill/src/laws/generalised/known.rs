@@ -8,7 +8,7 @@ use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{JUDGED_WINDOWS, LEAST_WEIGHT, TIMES_IN_WINDOW};
 use glam::DVec3;
 use lgs_core::geometry::narrow;
-use lgs_mechanics::bands::{Known, PosteriorLaws, Rival, Verdict};
+use lgs_mechanics::bands::{DrawnLaws, Known, PosteriorLaws, Rival, Verdict};
 use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::coordinates::{Embedding, Placement, State};
 use lgs_mechanics::{Edit, Law, System};
@@ -125,10 +125,15 @@ impl GeneralisedLaw {
         let ordered: Vec<&SharedMotion> = self.order.iter().map(|&body| bodies[body]).collect();
         self.trust(&radius, &ordered);
         if self.known.verdict == Verdict::Explained {
-            let (laws, window) = (mixture::drawn_laws(rated, &self.order, seed), bodies[0].duration());
-            let (path, radius) = (path(&ordered), self.known.rms_radius(window));
-            self.known.posterior = Some(PosteriorLaws { laws, window, path, radius });
+            self.set_posterior(mixture::drawn_laws(rated, &self.order, seed), &ordered);
         }
+    }
+
+    /// Takes laws that were drawn from what is known of it, once it has its band.
+    pub(super) fn set_posterior(&mut self, laws: Vec<DrawnLaws>, bodies: &[&SharedMotion]) {
+        let window = bodies[0].duration();
+        let (path, radius) = (path(bodies), self.known.rms_radius(window));
+        self.known.posterior = Some(PosteriorLaws { laws, window, path, radius });
     }
 
     /// Takes the radius of a band at the times at which a forecast is judged.

@@ -14,7 +14,7 @@ use super::rated::Rated;
 use super::sliding::slides;
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{BEYOND_SMOOTH, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
+use crate::thresholds::{BEYOND_SMOOTH, DRAWN_LAWS, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::{DESCRIBED, EXPLAINED};
 use lgs_mechanics::collisions::Bounced;
@@ -272,6 +272,7 @@ fn through_impacts(
     if bounced.chi_square <= DESCRIBED {
         found.known.verdict = Verdict::Described;
         found.trust(&bounced.band(&found.judged_times(&[motion]), seed), &[motion]);
+        found.set_posterior(vec![bounced.drawn_laws(DRAWN_LAWS, seed)], &[motion]);
     }
     if bounced.error > MOST_AFTER_IMPACT * bounced.path() {
         found.known.verdict = Verdict::Outside;

@@ -1,0 +1,79 @@
+//! How far forecasts are trusted, of edited objects and of those that hit each other: all of these move
+//! together, by laws drawn for each and a contact drawn with them (method §5.9).
+
+use lgs_dynamics::Edit;
+use lgs_mechanics::bands::{PosteriorLaws, Verdict};
+
+use super::contact::known_until;
+use super::generalised::exact;
+use super::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectContact};
+
+impl LagrangianScene {
+    /// Objects whose edits change the motion of one: itself, and those that it may hit.
+    #[must_use]
+    pub fn moved_with(&self, object: usize) -> Vec<usize> {
+        let contact = self.contact.iter().map(|contact| &contact.objects);
+        contact.filter(|objects| objects.contains(&object)).next().cloned().unwrap_or_else(|| vec![object])
+    }
+
+    /// Times between which the forecasts of some objects under an edit of each of the scene are trusted, by
+    /// the laws that are drawn from what is known of their motion; nothing where there are none.
+    #[must_use]
+    pub fn trusted_under(&self, objects: &[usize], edits: &[Edit]) -> Vec<Option<[f64; 2]>> {
+        let is_asked = |contact: &&ObjectContact| contact.objects.iter().any(|own| objects.contains(own));
+        let contact = self.contact.as_ref().filter(is_asked);
+        let struck = contact.map(|contact| self.posterior_with_hits(contact, edits));
+        let trusted = |&object: &usize| {
+            let (dynamics, edit) = (self.objects.get(object)?.dynamics.generalised()?, *edits.get(object)?);
+            let place = contact.and_then(|contact| contact.objects.iter().position(|own| *own == object));
+            let changed = match place.zip(struck.as_ref()) {
+                Some((place, struck)) => struck.as_ref()?.get(place)?,
+                None => dynamics.known.posterior.as_ref()?,
+            };
+            let points = self.dynamic_gaussians.means.get(self.objects[object].members.clone())?;
+            let GeneralisedDynamics { law, start, bodies, known } = dynamics;
+            known.trusted_by(changed, exact(edit), (law, start), (bodies, points))
+        };
+        objects.iter().map(trusted).collect()
+    }
+
+    /// The scene with the bands of objects that hit each other going on after the window by the hits that
+    /// follow. An object is trusted beyond it then if all that strikes it is hits.
+    #[must_use]
+    pub fn with_bands_of_hits(mut self) -> Self {
+        let edits = vec![Edit::default(); self.objects.len()];
+        let struck = self.contact.as_ref().and_then(|contact| self.posterior_with_hits(contact, &edits));
+        let Some((contact, struck)) = self.contact.as_ref().zip(struck) else { return self };
+        let window = f64::from(self.motion.time_window);
+        for ((&object, round), struck) in contact.objects.iter().zip(&contact.contact.bodies).zip(&struck) {
+            let points = &self.dynamic_gaussians.means[self.objects[object].members.clone()];
+            let Dynamics::Generalised(dynamics) = &mut self.objects[object].dynamics else { continue };
+            let GeneralisedDynamics { law, start, bodies, known } = dynamics;
+            let is_struck_by_others = round.hits.len() == law.events.len();
+            let radius = known.radius_by(struck, lgs_mechanics::Edit::NONE, (law, start), (bodies, points));
+            let Some(mut radius) = radius.filter(|_| is_struck_by_others) else { continue };
+            if known.verdict == Verdict::Outside {
+                continue;
+            }
+            let times = known.band.times.clone();
+            let own = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
+            let in_window = radius.iter_mut().zip(own).zip(&times).filter(|(_, time)| **time <= window);
+            in_window.for_each(|((radius, own), _)| *radius = own);
+            known.take_band_with_hits((&times, &radius), window, struck.path);
+        }
+        self
+    }
+
+    /// Laws drawn for the objects of a contact, with the hits that follow under edits.
+    fn posterior_with_hits(&self, contact: &ObjectContact, edits: &[Edit]) -> Option<Vec<PosteriorLaws>> {
+        let own = |&object: &usize| {
+            let known = &self.law_of_body(object)?.known;
+            Some((known.posterior.as_ref()?, exact(*edits.get(object)?), known.band.times.last()?))
+        };
+        let own = contact.objects.iter().map(own).collect::<Option<Vec<_>>>()?;
+        let until = own.iter().map(|(.., until)| **until).fold(0.0, f64::max);
+        let bodies: Vec<(&PosteriorLaws, lgs_mechanics::Edit)> =
+            own.into_iter().map(|(posterior, edit, _)| (posterior, edit)).collect();
+        contact.contact.with_hits(&contact.drawn, &bodies, [known_until(self, edits), until])
+    }
+}
