@@ -77,3 +77,83 @@ impl LagrangianScene {
         contact.contact.with_hits(&contact.drawn, &bodies, [known_until(self, edits), until])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use lgs_mechanics::Law;
+    use lgs_mechanics::bands::{DrawnLaws, PositionBand, StartedLaw};
+
+    use super::*;
+    use crate::scene::contact_testing::row;
+
+    /// The row of balls, with laws drawn whose velocities differ by a part, and contacts whose restitution
+    /// differs by as much.
+    fn drawn(part: f64) -> LagrangianScene {
+        let mut scene = row();
+        let times: Vec<f64> = (-8..=24).map(|i| 0.125 * f64::from(i)).collect();
+        for object in &mut scene.objects {
+            let Dynamics::Generalised(dynamics) = &mut object.dynamics else { continue };
+            let started = |by: f64| {
+                let (mut law, mut start) = (dynamics.law.clone(), dynamics.start.clone());
+                start.v.iter_mut().for_each(|v| *v *= 1.0 + by);
+                law.events.iter_mut().flat_map(|event| &mut event.change).for_each(|v| *v *= 1.0 + by);
+                StartedLaw { law, start }
+            };
+            let drawn = vec![started(-part), started(part)];
+            let laws = vec![DrawnLaws { middle: started(0.0), order: vec![0], part: 1.0, drawn }];
+            let known = &mut dynamics.known;
+            known.posterior = Some(PosteriorLaws { laws, window: 1.0, path: 1.0, radius: 1e-3 });
+            known.band = PositionBand { radius: vec![Some(1e-3); times.len()], times: times.clone() };
+            (known.verdict, known.trusted) = (Verdict::Described, [-1.0, 1.0]);
+        }
+        let contact = scene.contact.as_mut().expect("a contact");
+        let bouncing = |restitution: f64| lgs_mechanics::mutual_contact::MutualContact {
+            restitution,
+            ..contact.contact.clone()
+        };
+        contact.drawn = vec![bouncing(1.0 - part), bouncing(1.0)];
+        scene
+    }
+
+    fn trusted(scene: &LagrangianScene) -> Vec<(Verdict, f64)> {
+        let of = |object: &crate::scene::ObjectModel| {
+            let known = &object.dynamics.generalised().expect("a law").known;
+            (known.verdict, known.trusted[1])
+        };
+        scene.objects.iter().map(of).collect()
+    }
+
+    #[test]
+    fn bodies_are_trusted_past_the_window_as_far_as_drawn_hits_agree() {
+        let sure = trusted(&drawn(1e-3).with_bands_of_hits());
+        assert_eq!(sure, [(Verdict::Explained, 3.0); 3]);
+        // The first ball stays where it was hit; what it hit goes on to the third, by more or less than it.
+        let unsure = trusted(&drawn(0.1).with_bands_of_hits());
+        assert!(unsure[2].0 == Verdict::Described && unsure[2].1 < 1.6, "{unsure:?}");
+    }
+
+    #[test]
+    fn a_body_that_something_else_strikes_is_not_trusted_past_the_window() {
+        let mut scene = drawn(1e-3);
+        let push = |law: &mut Law| law.events[0].time = 0.6;
+        if let Dynamics::Generalised(dynamics) = &mut scene.objects[1].dynamics {
+            push(&mut dynamics.law);
+        }
+        scene.contact.as_mut().expect("a contact").contact.bodies[1].hits.clear();
+        assert_eq!(trusted(&scene.with_bands_of_hits())[1], (Verdict::Described, 1.0));
+    }
+
+    #[test]
+    fn an_edit_of_one_body_is_one_of_all_that_it_may_hit() {
+        let scene = drawn(0.02).with_bands_of_hits();
+        assert_eq!((scene.moved_with(1), scene.moved_with(7)), (vec![0, 1, 2], vec![7]));
+        let edits = |velocity_scale: f32| {
+            let mut edits = vec![Edit::default(); 3];
+            edits[0].velocity_scale = velocity_scale;
+            edits
+        };
+        let until = |scale: f32| scene.trusted_under(&[2], &edits(scale))[0].expect("draws")[1];
+        let [slow, fast] = [0.25, 3.0].map(until);
+        assert!(fast < slow, "hit later, its motion is known for longer: {slow}, {fast}");
+    }
+}

@@ -5,6 +5,8 @@
 //! list the static Gaussians first and the dynamic ones behind them, at every time in the same order.
 
 mod contact;
+#[cfg(test)]
+mod contact_testing;
 mod contact_trust;
 mod continuation;
 mod dynamics;
@@ -20,7 +22,6 @@ mod stretch;
 use std::ops::Range;
 
 use lgs_core::GaussianCloud;
-use lgs_dynamics::Edit;
 use serde::{Deserialize, Serialize};
 
 use crate::shading::Shading;
