@@ -169,6 +169,9 @@ pub(crate) const IMPACT_SIDE: usize = 5;
 pub(crate) const FEWEST_OF_SIDE: usize = 4;
 /// Jump of the velocity over its own noise that is an impact: of normal noise, fewer than one in 10⁸ is.
 pub(crate) const IMPACT_JUMP: f64 = 6.0;
+/// Change of velocity, over the largest one of a law, up to which an impact is none: a body that comes to
+/// rest on a plane meets it again.
+pub(crate) const NO_IMPACT: f64 = 0.01;
 /// Change of velocity at an impact over the largest one of the track: with a restitution of 0.6, three
 /// impacts in a row are above it.
 pub(crate) const LEAST_OF_LARGEST: f64 = 0.25;

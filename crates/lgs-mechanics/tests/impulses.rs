@@ -49,25 +49,33 @@ fn derivatives_pass_through_impulses() {
     assert!((found.position[(0, 3)] - 0.7).abs() < 1e-12 && (found.position[(2, 8)] - 0.245).abs() < 1e-9);
 }
 
-#[test]
-fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
-    let (law, start) = (struck(), state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]));
-    let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
-    let states = System::new(&law, Edit::NONE).states(&start, &times).unwrap();
+/// A noisy track of the struck thing.
+fn track(times: &[f64]) -> Vec<Vec<f64>> {
+    let start = state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]);
+    let states = System::new(&struck(), Edit::NONE).states(&start, times).unwrap();
     let mut draws = stream(5, "noise", 0);
     let mut noise = || -> f64 { StandardNormal.sample(&mut draws) };
-    let x: Vec<Vec<f64>> =
-        states.iter().map(|state| state.x.iter().map(|x| x + 5e-4 * noise()).collect()).collect();
-    let body = Body {
+    states.iter().map(|state| state.x.iter().map(|x| x + 5e-4 * noise()).collect()).collect()
+}
+
+fn body(hits: &[f64]) -> Body {
+    Body {
         coordinates: Coordinates::Point,
         centers: candidates(&Coordinates::Point),
         spins: Vec::new(),
         surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
         grounds: Vec::new(),
         is_shell: false,
-        hits: Vec::new(),
-    };
-    let found = explain(&body, &Observed { times: &times, x: &x, least: [1e-5, 1e-5] }).unwrap();
+        hits: hits.to_vec(),
+    }
+}
+
+#[test]
+fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
+    let (law, start) = (struck(), state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]));
+    let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
+    let x = track(&times);
+    let found = explain(&body(&[]), &Observed { times: &times, x: &x, least: [1e-5, 1e-5] }).unwrap();
     assert!(found.law.contact.is_none() && found.law.events.len() == 2, "{:?}", found.law);
     for (event, truth) in found.law.events.iter().zip(&law.events) {
         let apart = event.change.iter().zip(&truth.change).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -78,4 +86,14 @@ fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
     let exact = System::new(&law, Edit::NONE).states(&start, &[2.25]).unwrap();
     let off = found.distance(&forecast[0], &exact[0]);
     assert!(off < 2.0 * radius[1] && radius[1] < 0.2 && radius[1] > radius[0], "{off} {radius:?}");
+}
+
+#[test]
+fn hits_that_others_tell_of_and_a_body_does_not_show_are_none() {
+    let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
+    let x = track(&times);
+    let found = explain(&body(&[0.1, 0.25, 0.51]), &Observed { times: &times, x: &x, least: [1e-5, 1e-5] });
+    let law = found.unwrap().law;
+    let near = |(event, truth): (&Impact, &Impact)| (event.time - truth.time).abs() < 2e-3;
+    assert!(law.events.len() == 2 && law.events.iter().zip(&struck().events).all(near), "{law:?}");
 }

@@ -6,13 +6,11 @@ use glam::{DMat3, DVec3};
 use lgs_core::geometry::{quaternion, wide};
 use lgs_data::dataset::Frame;
 use lgs_mechanics::bands::{DrawnLaws, StartedLaw};
-use lgs_mechanics::contact::{Impact, Origin};
+use lgs_mechanics::contact::{Origin, noticeable};
 use lgs_mechanics::coordinates::State;
 use lgs_mechanics::mutual_contact::{SeenBody, SeenContact, SurfaceGaussian, mutual_contact};
 use lgs_mechanics::{Edit, Law, System};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectContact};
-
-use crate::thresholds::NO_IMPACT;
 
 /// The scene with the contact of those of its objects that hit each other in the captured window. Where hits
 /// as a contact has them do not follow the laws through the window, objects keep the impulses that they were
@@ -57,13 +55,6 @@ fn interval(scene: &LagrangianScene, frames: &[Frame]) -> f64 {
     times.dedup();
     let steps = times.len().saturating_sub(1).max(1);
     f64::from((scene.motion.time_window / steps as f32).max(scene.motion.dt))
-}
-
-/// The events that change a velocity, beside the largest change.
-pub(crate) fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
-    let size = |event: &Impact| event.change.iter().map(|change| change * change).sum::<f64>().sqrt();
-    let largest = events.iter().map(size).fold(0.0, f64::max);
-    events.iter().filter(move |event| size(event) > NO_IMPACT * largest)
 }
 
 /// The law of a single body without planes, with the impulses that it gets in a window. A plane that nothing
@@ -149,7 +140,7 @@ mod tests {
     use super::*;
     use lgs_core::GaussianCloud;
     use lgs_mechanics::bands::Known;
-    use lgs_mechanics::contact::{Contact, Plane, Surface};
+    use lgs_mechanics::contact::{Contact, Impact, Plane, Surface};
     use lgs_mechanics::coordinates::{Bodies, Coordinates};
     use lgs_model::{MotionConfig, ObjectModel};
 

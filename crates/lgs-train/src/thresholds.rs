@@ -209,9 +209,3 @@ pub(crate) const GUIDED_RADII: f32 = 1.1;
 pub(crate) const FEWEST_OF_THING: usize = 8;
 /// Gaussians for every pixel of its surface where there is no budget: the one that presets take.
 pub(crate) const SHARE_OF_PIXELS: f32 = 0.25;
-
-// Hits
-
-/// Change of velocity, over the largest one of a law, up to which an impact is none: a body that comes to
-/// rest on a plane meets it again.
-pub(crate) const NO_IMPACT: f64 = 0.01;

@@ -8,7 +8,7 @@ use super::bounced::Bounced;
 use super::flights::flights;
 use super::laws::{FlightLaw, FlightLaws};
 use super::samples::{Later, Samples};
-use crate::contact::Impact;
+use crate::contact::{Impact, noticeable};
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::fit::{Problem, Settings, Unknown, covariance_of, minimise};
@@ -27,25 +27,32 @@ pub(super) fn through_impulses(
     impacts: &[Impact],
 ) -> Option<Bounced> {
     let parts = flights(seen.times, impacts, &vec![false; seen.times.len()]);
-    between(seen, (&parts, laws.of(&parts)?), impacts)
+    let (found, are_certain) = between(seen, (&parts, laws.of(&parts)?), impacts)?;
+    are_certain.iter().all(|is_certain| *is_certain).then_some(found)
 }
 
-/// The motion through hits of which other bodies tell, by their times.
+/// The motion through hits of which other bodies tell, by their times: those that this one shows, which may
+/// have been near without being hit.
 pub(super) fn through_hits(seen: &Observed, laws: &FlightLaws<'_>, times: &[f64]) -> Option<Bounced> {
-    if times.is_empty() {
-        return None;
+    let mut hits: Vec<Impact> = times.iter().map(|&time| Impact { time, change: Vec::new() }).collect();
+    while !hits.is_empty() {
+        let parts = flights(seen.times, &hits, &vec![false; seen.times.len()]);
+        let (found, are_certain) = between(seen, (&parts, laws.of_all(&parts)?), &hits)?;
+        if are_certain.iter().all(|is_certain| *is_certain) {
+            return Some(found.knowing_hits(hits.len()));
+        }
+        let mut are_certain = are_certain.into_iter();
+        hits.retain(|_| are_certain.next().unwrap_or(true));
     }
-    let hits: Vec<Impact> = times.iter().map(|&time| Impact { time, change: Vec::new() }).collect();
-    let parts = flights(seen.times, &hits, &vec![false; seen.times.len()]);
-    Some(between(seen, (&parts, laws.of_all(&parts)?), &hits)?.knowing_hits(hits.len()))
+    None
 }
 
-/// The motion through impulses between flights with a law.
+/// The motion through impulses between flights with a law, and which of these are certain.
 fn between(
     seen: &Observed,
     (parts, law): (&[Range<usize>], Rc<FlightLaw>),
     impacts: &[Impact],
-) -> Option<Bounced> {
+) -> Option<(Bounced, Vec<bool>)> {
     if impacts.is_empty() || law.flights.len() != parts.len() {
         return None;
     }
@@ -138,22 +145,23 @@ impl StruckMotion {
         Some(states.into_iter().map(|state| state.x).collect())
     }
 
-    fn solve(self, window: [f64; 2]) -> Option<Bounced> {
+    /// The best motion, and which of its impulses are certain and no little beside the largest.
+    fn solve(self, window: [f64; 2]) -> Option<(Bounced, Vec<bool>)> {
         let settings = Settings { iterations: CONTACT_ITERATIONS, ..Settings::default() };
         let minimum = minimise(&self, &self.values(), &settings)?;
         let covariance = covariance_of(&minimum.information)?;
         let (mut law, start) = self.motion(&minimum.values);
         let first = 2 * start.v.len();
         let impulses = first + law.parameters.len();
-        if !(law.events.iter().enumerate())
-            .all(|(index, event)| is_certain(event, &covariance, impulses + index * (1 + start.v.len()) + 1))
-        {
-            return None;
-        }
+        let are_certain = law.events.iter().enumerate().map(|(index, event)| {
+            let row = impulses + index * (1 + start.v.len()) + 1;
+            noticeable(&law.events).any(|other| other == event) && is_certain(event, &covariance, row)
+        });
+        let are_certain = are_certain.collect();
         let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
         law.deviations = (first..first + law.parameters.len()).map(deviation).collect();
         let predicted = self.states(&minimum.values)?;
-        Some(Bounced {
+        let found = Bounced {
             chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
             free: 0..self.samples.free,
             unknowns: (minimum.values.len() - first) as f64,
@@ -166,7 +174,8 @@ impl StruckMotion {
             start,
             covariance,
             predicted,
-        })
+        };
+        Some((found, are_certain))
     }
 }
 

@@ -1,7 +1,9 @@
 //! Impacts: sudden changes of velocity, and where they are in a track.
 
 use crate::error::MechanicsError;
-use crate::thresholds::{FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, LEAST_OF_LARGEST, MEDIAN_OF_THREE};
+use crate::thresholds::{
+    FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, LEAST_OF_LARGEST, MEDIAN_OF_THREE, NO_IMPACT,
+};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -15,6 +17,13 @@ pub struct Impact {
     pub time: f64,
     /// Change of the velocity, `[freedoms]`, or of the centre's alone, `[3]`, where it was read from a track.
     pub change: Vec<f64>,
+}
+
+/// The events that change a velocity, beside the largest change.
+pub fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
+    let size = |event: &Impact| event.change.iter().map(|change| change * change).sum::<f64>().sqrt();
+    let largest = events.iter().map(size).fold(0.0, f64::max);
+    events.iter().filter(move |event| size(event) > NO_IMPACT * largest)
 }
 
 /// Checks that events have the size of the coordinates, are finite, and their times ascend.

@@ -14,7 +14,7 @@ mod plane;
 mod points;
 mod surfaces;
 
-pub use impact::{Impact, impacts, pieces};
+pub use impact::{Impact, impacts, noticeable, pieces};
 pub use observed::{Ground, planes};
 pub use plane::Plane;
 pub use points::{Surface, extreme_points};

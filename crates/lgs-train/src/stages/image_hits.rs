@@ -3,10 +3,9 @@
 
 use lgs_distill::BodyPoses;
 use lgs_mechanics::Law;
-use lgs_mechanics::contact::{Impact, Origin};
+use lgs_mechanics::contact::{Impact, Origin, noticeable};
 
 use super::thresholds::{SAME_HIT, TOUCHES};
-use crate::contact::noticeable;
 
 /// Times at which each of some bodies is hit by others, by the laws of these, in the order of time: all of
 /// them if there is one that its own law has not, else none. Objects of one rigid body each take part.

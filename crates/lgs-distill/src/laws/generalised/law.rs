@@ -115,10 +115,10 @@ fn of_body(
     if let Some(impacted) = impacted.as_ref().filter(|found| is_sure(found)) {
         return through_impacts(impacted, &observed, motion, seed);
     }
-    // Within errors that were allowed because no law explains the motion, a plane that nothing shows is no
-    // simpler than a smooth law.
+    // A plane that nothing shows is no simpler than a smooth law, though its errors may have been allowed.
     let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
-    let is_admitted = |found: &Impacted| is_on_observed_plane(&found.bounced) || !is_described;
+    let is_told = !surroundings.hits.is_empty();
+    let is_admitted = |found: &Impacted| is_told || !is_described || is_on_observed_plane(&found.bounced);
     let admitted = impacted.as_ref().filter(|found| is_admitted(found));
     if let Some((impacted, lead)) = admitted.and_then(|found| lead(found, chosen.as_ref(), &observed)) {
         let law = through_impacts(impacted, &observed, motion, seed)?;
