@@ -7,11 +7,20 @@ use lgs_mechanics::contact::{Impact, Origin, noticeable};
 
 use super::thresholds::{SAME_HIT, TOUCHES};
 
-/// Times at which each of some bodies is hit by others, by the laws of these, in the order of time: all of
-/// them if there is one that its own law has not, else none. Objects of one rigid body each take part.
-pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Option<&Law>]) -> Vec<Vec<f64>> {
+/// Hits of a body of which others tell.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Told {
+    /// Their times, ascending.
+    pub(super) times: Vec<f64>,
+    /// Whether its own law has all of them.
+    pub(super) are_known: bool,
+}
+
+/// The hits of each of some bodies by others, as the laws of these have them. Objects of one rigid body each
+/// take part.
+pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Option<&Law>]) -> Vec<Told> {
     let of_body = |own: usize| {
-        let Some(body) = single(&bodies[own]) else { return Vec::new() };
+        let Some(body) = single(&bodies[own]) else { return Told::default() };
         let interval = interval(body);
         let mut hits = Vec::new();
         for (other, law) in laws.iter().enumerate().filter(|(other, _)| *other != own) {
@@ -22,7 +31,7 @@ pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Option<
         hits.dedup_by(|next, last| *next - *last <= SAME_HIT * interval);
         let own: &[Impact] = laws[own].map_or(&[], Law::impulses);
         let is_known = |hit: &f64| own.iter().any(|event| (event.time - hit).abs() <= SAME_HIT * interval);
-        if hits.iter().all(is_known) { Vec::new() } else { hits }
+        Told { are_known: hits.iter().all(is_known), times: hits }
     };
     (0..bodies.len()).map(of_body).collect()
 }
@@ -93,10 +102,12 @@ mod tests {
     fn a_body_is_hit_when_one_that_it_touches_is_struck() {
         let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0), ball(2, 5.0, 0.0)];
         let laws = [struck_at(&[0.4]), struck_at(&[]), struck_at(&[0.2])];
+        let told = |times: &[f64], are_known| Told { times: times.to_vec(), are_known };
         let hits = hits_by_others(&bodies, &[Some(&laws[0]), Some(&laws[1]), Some(&laws[2])]);
-        assert_eq!(hits, [vec![], vec![0.4], vec![]]);
-        assert_eq!(hits_by_others(&bodies, &[Some(&laws[0]), None, None])[1], [0.4]);
+        assert_eq!(hits, [told(&[], true), told(&[0.4], false), told(&[], true)]);
+        assert_eq!(hits_by_others(&bodies, &[Some(&laws[0]), None, None])[1], told(&[0.4], false));
         let known = struck_at(&[0.41]);
-        assert!(hits_by_others(&bodies, &[Some(&laws[0]), Some(&known), None]).concat().is_empty());
+        let hits = hits_by_others(&bodies, &[Some(&laws[0]), Some(&known), None]);
+        assert_eq!(hits[..2], [told(&[0.41], true), told(&[0.4], true)]);
     }
 }

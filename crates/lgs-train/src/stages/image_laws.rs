@@ -6,11 +6,11 @@ use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, known_impacts, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::Law;
 use lgs_mechanics::bands::Verdict;
-use lgs_model::LagrangianScene;
+use lgs_model::{LagrangianScene, ObjectModel};
 use rayon::prelude::*;
 
 use super::image_couples::couples;
-use super::image_hits::hits_by_others;
+use super::image_hits::{Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
@@ -56,6 +56,10 @@ pub(super) fn with_laws_of_images(
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
     let offers = with_hits(offers, &mut bodies, &offer);
+    let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
+        offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
+    };
+    let offers: Vec<Offer> = offers.into_par_iter().zip(&bodies).map(with_parts).collect();
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
     if choice.sought == Sought::All {
@@ -76,17 +80,17 @@ fn with_hits(
     offer: &(dyn Fn(&ObjectPoses) -> Offer + Sync),
 ) -> Vec<Offer> {
     for _ in 0..ROUNDS_OF_HITS {
-        let laws: Vec<Option<&Law>> = offers.iter().map(|offer| offer.of_window.as_ref()).collect();
+        let laws: Vec<Option<&Law>> = offers.iter().map(Offer::law_of_window).collect();
         let hits = hits_by_others(bodies, &laws);
-        let is_new = |((_, bodies), hits): (&ObjectPoses, &Vec<f64>)| {
-            !hits.is_empty() && bodies.iter().any(|body| body.hits != *hits)
+        let is_new = |((_, bodies), told): (&ObjectPoses, &Told)| {
+            !told.are_known && bodies.iter().any(|body| body.hits != told.times)
         };
         let are_new: Vec<bool> = bodies.iter().zip(&hits).map(is_new).collect();
-        for ((_, bodies), hits) in bodies.iter_mut().zip(hits).filter(|(_, hits)| !hits.is_empty()) {
-            bodies.iter_mut().for_each(|body| body.hits.clone_from(&hits));
+        for ((_, bodies), Told { times, .. }) in bodies.iter_mut().zip(hits) {
+            bodies.iter_mut().filter(|_| !times.is_empty()).for_each(|body| body.hits.clone_from(&times));
         }
         let through_hits = |(body, is_new): (&ObjectPoses, &bool)| {
-            is_new.then(|| offer(body)).filter(|offer| offer.of_window.as_ref().is_some_and(is_struck))
+            is_new.then(|| offer(body)).filter(|offer| offer.law_of_window().is_some_and(is_struck))
         };
         let found: Vec<Option<Offer>> = bodies.par_iter().zip(&are_new).map(through_hits).collect();
         if found.iter().all(Option::is_none) {
@@ -123,40 +127,53 @@ struct Offer {
     object: usize,
     /// A law of all the window.
     law: Option<DistilledLaw>,
-    /// The same, also where laws of parts of it are offered instead: what it says of impacts.
-    of_window: Option<Law>,
     /// Laws of parts of it, where none explains all of it, with the poses themselves.
     parts: Option<(PartLaws, BodyPoses)>,
 }
 
 impl Offer {
+    /// A law of all the window, if there is one.
     fn new(
         (scene, object): (&LagrangianScene, usize),
         bodies: Vec<BodyPoses>,
-        LawChoice { config, seed, sought }: LawChoice<'_>,
+        LawChoice { config, seed, .. }: LawChoice<'_>,
     ) -> Self {
-        let own = &scene.objects[object];
-        let single = if bodies.len() == 1 && sought == Sought::All { bodies.first().cloned() } else { None };
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
-        let law = found.filter(|law| has_law(own) || law.known.verdict != Verdict::Outside);
+        let is_law =
+            |law: &DistilledLaw| has_law(&scene.objects[object]) || law.known.verdict != Verdict::Outside;
+        Self { object, law: found.filter(is_law), parts: None }
+    }
+
+    fn law_of_window(&self) -> Option<&Law> {
+        self.law.as_ref().map(|law| &law.law)
+    }
+
+    /// Laws of parts of the window in the place of one of all of it that is not trusted beyond it, where they
+    /// forecast better; `own` is the object as it is.
+    fn with_parts(
+        self,
+        own: &ObjectModel,
+        bodies: &[BodyPoses],
+        LawChoice { config, seed, sought }: LawChoice<'_>,
+    ) -> Self {
+        let [body] = bodies else { return self };
         let of_own = || own_law(own).map(|own| (&own.law, &own.known));
-        let known = law.as_ref().map(|law| (&law.law, &law.known)).or_else(of_own);
-        let is_trusted = |body: &BodyPoses| {
-            let end = body.times.last().copied().unwrap_or_default();
-            known.is_some_and(|(_, known)| known.trusted[1] > end)
-        };
+        let known = self.law.as_ref().map(|law| (&law.law, &law.known)).or_else(of_own);
+        let end = body.times.last().copied().unwrap_or_default();
+        let is_trusted = known.is_some_and(|(_, known)| known.trusted[1] > end);
         // A law through hits of which others tell needs no parts.
-        let is_hit = law.as_ref().is_some_and(|law| is_struck(&law.law));
-        let may_have_parts = |body: &BodyPoses| !is_trusted(body) && (body.hits.is_empty() || !is_hit);
-        let parts = single.filter(may_have_parts).and_then(|body| {
-            let impacts = known.map_or_else(Vec::new, |(law, known)| known_impacts(law, known));
-            let parts = part_laws_of_poses(body.clone(), &impacts, config, seed);
-            let is_better = known.is_none_or(|(_, known)| parts.forecast_better(known));
-            (!parts.is_empty() && is_better).then_some((parts, body))
-        });
-        let of_window = law.as_ref().map(|law| law.law.clone());
-        Self { object, law: law.filter(|_| parts.is_none()), of_window, parts }
+        let is_hit = !body.hits.is_empty() && self.law_of_window().is_some_and(is_struck);
+        if sought != Sought::All || is_trusted || is_hit {
+            return self;
+        }
+        let impacts = known.map_or_else(Vec::new, |(law, known)| known_impacts(law, known));
+        let parts = part_laws_of_poses(body.clone(), &impacts, config, seed);
+        let is_better = known.is_none_or(|(_, known)| parts.forecast_better(known));
+        if parts.is_empty() || !is_better {
+            return self;
+        }
+        Self { law: None, parts: Some((parts, body.clone())), ..self }
     }
 
     /// The scene with what is offered; nothing if nothing is.
