@@ -12,7 +12,10 @@ pub(super) const BALLS: usize = 3;
 /// the centres. The balls keep their orientations: nothing rubs. Before t = 0 they move straight as well.
 #[derive(Clone, Debug)]
 pub(super) struct Collisions {
+    radius: f64,
     restitution: f64,
+    /// Time up to which collisions are known.
+    until: f64,
     flights: Vec<Flight>,
 }
 
@@ -65,7 +68,14 @@ impl Collisions {
         let next = |flight: &Flight| flight.next(radius, restitution);
         let is_before = |flight: &Flight| flight.since <= until;
         let flights = std::iter::successors(Some(first), next).take_while(is_before).collect();
-        Self { restitution, flights }
+        Self { radius, restitution, until, flights }
+    }
+
+    /// The motion from the same places with scaled velocities.
+    pub(super) fn edited(&self, velocity_scale: f64) -> Self {
+        let Flight { places, velocities, .. } = self.flights[0];
+        let of_material = (self.radius, self.restitution);
+        Self::new(places, velocities.map(|v| v * velocity_scale), of_material, self.until)
     }
 
     /// Times of the collisions.
@@ -78,8 +88,13 @@ impl Collisions {
         Pose::rigid(DMat3::IDENTITY, self.flights[begun - 1].place(ball, t))
     }
 
-    pub(super) fn constants(&self) -> Value {
-        json!({"restitution": self.restitution, "collisions": self.times()})
+    /// Name and constants, for `scene.json`.
+    pub(super) fn describe(&self) -> Value {
+        let constants = json!({"restitution": self.restitution, "collisions": self.times()});
+        json!({
+            "law": "collisions of equal balls", "kind": "dissipative", "coordinates": "rigid",
+            "constants": constants
+        })
     }
 }
 
@@ -99,5 +114,9 @@ mod tests {
             assert!((a + b + c - (places.iter().sum::<DVec3>() + 2.0 * t * DVec3::X)).length() < 1e-12);
             assert!(a.distance(b).min(b.distance(c)).min(a.distance(c)) > 0.6 - 1e-9, "t {t}");
         }
+        // Nothing but the start has a time: half as fast, all happens twice as late.
+        let slower = motion.edited(0.5);
+        assert!((slower.times()[0] - 2.0 * motion.times()[0]).abs() < 1e-12);
+        assert!(slower.pose(1, 1.4).position.distance(motion.pose(1, 0.7).position) < 1e-12);
     }
 }

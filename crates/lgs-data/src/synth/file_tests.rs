@@ -65,7 +65,7 @@ fn edited_splits_have_images_truth_and_their_edit() {
 
 #[test]
 fn a_scene_without_a_law_has_no_edited_splits() {
-    for scene in ["walker", "led", "grabbed", "colliding-balls"] {
+    for scene in ["walker", "led", "grabbed", "released"] {
         let (_dir, out) = make(scene, &small());
         let dataset = Dataset::load(&out, &LoadOptions::default(), &|_, _| {}).unwrap();
         let truth = GroundTruth::load(&out).unwrap().unwrap();

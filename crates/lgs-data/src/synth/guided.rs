@@ -1,13 +1,11 @@
 //! Motions that no autonomous law explains: their paths are functions of time.
 
-use super::collisions::Collisions;
 use super::draws::Draws;
 use super::pose::Pose;
 use crate::thresholds::GRAB_DURATION;
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 /// Number of waves of a random smooth function.
 const WAVES: usize = 4;
@@ -52,8 +50,6 @@ pub(super) enum Guided {
     Released { start: DVec3, path: [Wander; 3], released: f64, gravity: f64 },
     /// A part of a walker: it walks on, bobs and swings about `joint` (walker axes) at a changing cadence.
     Gait { walk: Walk, joint: DVec3, swing: f64, lag: f64 },
-    /// One of several balls that collide with each other: an event of one, but no law of any by itself.
-    Colliding { collisions: Arc<Collisions>, ball: usize },
 }
 
 /// The gait of a walker.
@@ -110,7 +106,6 @@ impl Guided {
                 let flown = velocity * since - 0.5 * gravity * since * since * DVec3::Z;
                 Pose::rigid(DMat3::IDENTITY, *start + along(path, t.min(*released)) + flown)
             }
-            Self::Colliding { collisions, ball } => collisions.pose(*ball, t),
             Self::Gait { walk, joint, swing, lag } => {
                 let phase = walk.phase(t) + lag;
                 let angle = swing * (phase.sin() + 0.35 * (2.0 * phase + 0.8).sin());
@@ -131,7 +126,6 @@ impl Guided {
             Self::Grabbed { gravity, grabbed, .. } => {
                 ("grabbed in flight", json!({"g": gravity, "grabbed_at": grabbed}))
             }
-            Self::Colliding { collisions, .. } => ("collisions of equal balls", collisions.constants()),
             Self::Gait { walk, swing, .. } => {
                 ("gait", json!({"speed": walk.speed, "cadence": walk.cadence, "swing": swing}))
             }

@@ -2,6 +2,7 @@
 //! pose of a body at any time, also before zero, and what the same start would do under an edit.
 
 use super::bounce::Bounce;
+use super::collisions::Collisions;
 use super::guided::Guided;
 use super::pose::Pose;
 use super::simulation::Simulation;
@@ -33,6 +34,8 @@ pub(super) enum Motion {
     Simulated { simulation: Arc<Simulation>, body: usize },
     /// Flights between impacts on a floor.
     Bounce(Bounce),
+    /// One of several balls that collide with each other.
+    Colliding { collisions: Arc<Collisions>, ball: usize },
     /// A motion that is given by time and follows no law.
     Guided(Box<Guided>),
 }
@@ -58,6 +61,7 @@ impl Motion {
             Self::Drag { start, velocity, drag } => still(start - velocity * ((-drag * t).exp_m1() / drag)),
             Self::Simulated { ref simulation, body } => simulation.pose(body, t),
             Self::Bounce(ref bounce) => bounce.pose(t),
+            Self::Colliding { ref collisions, ball } => collisions.pose(ball, t),
             Self::Guided(ref guided) => guided.pose(t),
         }
     }
@@ -82,6 +86,7 @@ impl Motion {
                 *simulation = Arc::new(Simulation::new(simulation.law.edited(edit)));
             }
             Self::Bounce(bounce) => *bounce = bounce.edited(edit),
+            Self::Colliding { collisions, .. } => *collisions = Arc::new(collisions.edited(alpha)),
             Self::Guided(_) => return None,
         }
         Some(edited)
@@ -141,6 +146,7 @@ impl Motion {
             }
             Self::Simulated { ref simulation, body } => simulation.law.describe(body),
             Self::Bounce(ref bounce) => bounce.describe(),
+            Self::Colliding { ref collisions, .. } => collisions.describe(),
             Self::Guided(ref guided) => guided.describe(),
         }
     }

@@ -1,7 +1,6 @@
 //! Scenes that no autonomous law explains.
 
 use super::super::body::{Body, Part, Stage};
-use super::super::collisions::Collisions;
 use super::super::draws::Draws;
 use super::super::guided::{Guided, Walk, Wander};
 use super::super::motion::Motion;
@@ -10,9 +9,8 @@ use super::super::texture::Texture;
 use super::super::view::Rig;
 use super::entry::{Entry, alone, framed};
 use glam::{DMat3, DVec3, dvec3};
-use std::sync::Arc;
 
-pub(super) const ENTRIES: [Entry; 5] = [
+pub(super) const ENTRIES: [Entry; 4] = [
     Entry::new(
         "walker",
         "a figure that walks at a changing cadence: limbs driven by time",
@@ -41,17 +39,7 @@ pub(super) const ENTRIES: [Entry; 5] = [
         released,
     )
     .unexplained(),
-    Entry::new(
-        "colliding-balls",
-        "three balls on a floor: one hits the second, which hits the third; no law is one of all three",
-        "radius 0.26 to 0.34, speed 1.2 to 1.6, collisions at 0.2 to 0.3 and 0.45 to 0.6, restitution 0.8 on",
-        colliding_balls,
-    )
-    .unexplained(),
 ];
-
-/// The last time of the ground truth.
-const LAST_TIME: f64 = 2.25;
 
 fn wanders(draws: &mut Draws, amplitude: f64) -> [Wander; 3] {
     std::array::from_fn(|_| Wander::draw(draws, amplitude))
@@ -125,36 +113,4 @@ fn walker(draws: &mut Draws) -> (Stage, Rig) {
         limb("right arm", dvec3(0.0, -0.39, 0.70), arms, 0.0, arm, -0.28),
     ];
     framed(Stage { bodies, fixed: Vec::new() })
-}
-
-/// Each collision is aimed at a little off the centre; what comes after the second is as it comes.
-fn colliding_balls(draws: &mut Draws) -> (Stage, Rig) {
-    let (radius, restitution) = (draws.within(0.26..0.34), draws.within(0.8..1.0));
-    let (first, second) = (draws.within(0.2..0.3), draws.within(0.45..0.6));
-    let velocity = draws.within(1.2..1.6) * draws.horizontal();
-    let turned = |v: DVec3, angle: f64| DMat3::from_rotation_z(angle) * v;
-    let (miss, next_miss) = (draws.either_sign(0.2..0.5), draws.either_sign(0.2..0.5));
-    let along = turned(velocity.normalize(), miss);
-    let pushed = 0.5 * (1.0 + restitution) * velocity.dot(along) * along;
-    let places = [
-        -2.0 * radius * along - first * velocity,
-        DVec3::ZERO,
-        (second - first) * pushed + 2.0 * radius * turned(along, next_miss),
-    ];
-    let starts = [velocity, DVec3::ZERO, DVec3::ZERO];
-    let collisions = Arc::new(Collisions::new(places, starts, (radius, restitution), LAST_TIME));
-    let mut ball = |name, ball: usize| {
-        let texture = Texture::new(draws.palette(), draws.within(0.4..0.55));
-        let motion =
-            Motion::Guided(Box::new(Guided::Colliding { collisions: Arc::clone(&collisions), ball }));
-        Body::of(name, motion, Part::new(Shape::Ellipsoid(DVec3::splat(radius)), DVec3::ZERO, texture))
-    };
-    let bodies = vec![ball("first ball", 0), ball("second ball", 1), ball("third ball", 2)];
-    let thickness = 0.05;
-    let floor = Part::new(
-        Shape::Cuboid(dvec3(2.4, 2.4, thickness)),
-        dvec3(0.0, 0.0, -radius - thickness),
-        Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
-    );
-    framed(Stage { bodies, fixed: vec![floor] })
 }

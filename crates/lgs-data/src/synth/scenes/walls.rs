@@ -1,16 +1,18 @@
-//! Scenes of bodies that hit more than the floor.
+//! Scenes of bodies that hit more than the floor: walls, or each other.
 
 use super::super::body::{Body, Part, Stage};
 use super::super::bounce::{Bounce, Wall};
+use super::super::collisions::Collisions;
 use super::super::draws::Draws;
 use super::super::motion::Motion;
 use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
 use super::entry::{Entry, ball, floor, framed};
-use glam::{DVec3, dvec3};
+use glam::{DMat3, DVec3, dvec3};
+use std::sync::Arc;
 
-pub(super) const ENTRIES: [Entry; 2] = [
+pub(super) const ENTRIES: [Entry; 3] = [
     Entry::new(
         "wall",
         "a ball that bounces off a floor and a wall; before t = 0 it is in the flight of t = 0",
@@ -25,7 +27,16 @@ pub(super) const ENTRIES: [Entry; 2] = [
          speeds towards them 0.8 to 1.2, no friction",
         corner,
     ),
+    Entry::new(
+        "colliding-balls",
+        "three balls on a floor without friction: one hits the second, which hits the third",
+        "radius 0.26 to 0.34, speed 1.2 to 1.6, collisions at 0.2 to 0.3 and 0.45 to 0.6, restitution 0.8 on",
+        colliding_balls,
+    ),
 ];
+
+/// The last time of the ground truth.
+const LAST_TIME: f64 = 2.25;
 
 /// A wall that a ball of a radius reaches at the end of a way along a level direction, and its part: upright,
 /// two units long.
@@ -74,4 +85,35 @@ fn corner(draws: &mut Draws) -> (Stage, Rig) {
     let early = (draws.within(0.8..1.2), draws.within(0.14..0.18));
     let late = (draws.within(0.8..1.2), draws.within(0.5..0.58));
     bouncing(draws, [early, late])
+}
+
+/// Each collision is aimed at a little off the centre; what comes after the second is as it comes.
+fn colliding_balls(draws: &mut Draws) -> (Stage, Rig) {
+    let (radius, restitution) = (draws.within(0.26..0.34), draws.within(0.8..1.0));
+    let (first, second) = (draws.within(0.2..0.3), draws.within(0.45..0.6));
+    let velocity = draws.within(1.2..1.6) * draws.horizontal();
+    let turned = |v: DVec3, angle: f64| DMat3::from_rotation_z(angle) * v;
+    let (miss, next_miss) = (draws.either_sign(0.2..0.5), draws.either_sign(0.2..0.5));
+    let along = turned(velocity.normalize(), miss);
+    let pushed = 0.5 * (1.0 + restitution) * velocity.dot(along) * along;
+    let places = [
+        -2.0 * radius * along - first * velocity,
+        DVec3::ZERO,
+        (second - first) * pushed + 2.0 * radius * turned(along, next_miss),
+    ];
+    let starts = [velocity, DVec3::ZERO, DVec3::ZERO];
+    let collisions = Arc::new(Collisions::new(places, starts, (radius, restitution), LAST_TIME));
+    let mut ball = |name, ball: usize| {
+        let texture = Texture::new(draws.palette(), draws.within(0.4..0.55));
+        let motion = Motion::Colliding { collisions: Arc::clone(&collisions), ball };
+        Body::of(name, motion, Part::new(Shape::Ellipsoid(DVec3::splat(radius)), DVec3::ZERO, texture))
+    };
+    let bodies = vec![ball("first ball", 0), ball("second ball", 1), ball("third ball", 2)];
+    let thickness = 0.05;
+    let floor = Part::new(
+        Shape::Cuboid(dvec3(2.4, 2.4, thickness)),
+        dvec3(0.0, 0.0, -radius - thickness),
+        Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
+    );
+    framed(Stage { bodies, fixed: vec![floor] })
 }
