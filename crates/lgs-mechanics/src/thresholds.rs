@@ -165,8 +165,10 @@ pub(crate) const ON_GRID: f64 = 1e-6;
 pub(crate) const GOOD: f64 = 1.2;
 /// Samples on either side of an impact from which its velocities are read.
 pub(crate) const IMPACT_SIDE: usize = 5;
-/// Fewest samples of a side: a parabola leaves one of them over.
+/// Fewest samples of a side of so many: a parabola leaves one of them over.
 pub(crate) const FEWEST_OF_SIDE: usize = 4;
+/// Sides in a path at least: five of 46 samples. Over longer ones a motion bends that no parabola follows.
+pub(crate) const SIDES_OF_WINDOW: usize = 9;
 /// Jump of the velocity over its own noise that is an impact: of normal noise, fewer than one in 10⁸ is.
 pub(crate) const IMPACT_JUMP: f64 = 6.0;
 /// Change of velocity, over the largest one of a law, up to which an impact is none: a body that comes to

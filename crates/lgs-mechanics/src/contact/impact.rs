@@ -2,7 +2,7 @@
 
 use crate::error::MechanicsError;
 use crate::thresholds::{
-    FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, LEAST_OF_LARGEST, MEDIAN_OF_THREE, NO_IMPACT,
+    FEWEST_OF_SIDE, IMPACT_JUMP, IMPACT_SIDE, LEAST_OF_LARGEST, MEDIAN_OF_THREE, NO_IMPACT, SIDES_OF_WINDOW,
 };
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -58,13 +58,31 @@ struct Jump {
 
 /// Impacts in a path of a body's centre at ascending times, found where the velocities of parabolas through
 /// the samples before and after differ by far more than elsewhere along the path, and not by little against
-/// the largest difference.
+/// the largest difference. Where samples are dense, parabolas through more of them find what noise hides from
+/// those through few.
 #[must_use]
 pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
     let count = times.len().min(centers.len());
-    let last = count.saturating_sub(FEWEST_OF_SIDE);
+    let longest = count / SIDES_OF_WINDOW;
+    let sides = std::iter::successors(Some(IMPACT_SIDE), |side| Some(2 * side).filter(|s| *s <= longest));
+    let mut found: Vec<Jump> = Vec::new();
+    for side in sides {
+        for jump in jumps((times, centers), count, side) {
+            if found.iter().all(|other| other.before.abs_diff(jump.before) >= side) {
+                found.push(jump);
+            }
+        }
+    }
+    found.sort_by_key(|jump| jump.before);
+    found.iter().map(|jump| Impact { time: jump.time, change: jump.change.to_array().to_vec() }).collect()
+}
+
+/// Jumps between sides of so many samples that stand out, the clearest first.
+fn jumps((times, centers): (&[f64], &[[f64; 3]]), count: usize, side: usize) -> Vec<Jump> {
+    let fewest = FEWEST_OF_SIDE * side / IMPACT_SIDE;
+    let last = count.saturating_sub(fewest);
     let mut jumps: Vec<Jump> =
-        (FEWEST_OF_SIDE - 1..last).filter_map(|k| jump(times, centers, k, count)).collect();
+        (fewest - 1..last).filter_map(|k| jump((times, centers), k, (count, side))).collect();
     let mut sizes: Vec<f64> = jumps.iter().map(|jump| jump.size).collect();
     sizes.sort_by(f64::total_cmp);
     // Most places are no impacts: their median jump is noise, or what parabolas leave of a smooth path.
@@ -74,22 +92,15 @@ pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
     let largest = jumps.iter().map(|jump| jump.change.length()).fold(0.0, f64::max);
     jumps.retain(|jump| jump.size > least && jump.change.length() >= LEAST_OF_LARGEST * largest);
     jumps.sort_by(|a, b| b.size.total_cmp(&a.size));
-    let mut found: Vec<Jump> = Vec::new();
-    for jump in jumps {
-        if found.iter().all(|other| other.before.abs_diff(jump.before) >= IMPACT_SIDE) {
-            found.push(jump);
-        }
-    }
-    found.sort_by_key(|jump| jump.before);
-    found.iter().map(|jump| Impact { time: jump.time, change: jump.change.to_array().to_vec() }).collect()
+    jumps
 }
 
 /// The jump between samples `k` and `k + 1`.
-fn jump(times: &[f64], centers: &[[f64; 3]], k: usize, count: usize) -> Option<Jump> {
+fn jump((times, centers): (&[f64], &[[f64; 3]]), k: usize, (count, side): (usize, usize)) -> Option<Jump> {
     let middle = 0.5 * (times[k] + times[k + 1]);
-    let side = |range: Range<usize>| parabola(&times[range.clone()], &centers[range], middle);
-    let (before, speed_before, noise_before) = side((k + 1).saturating_sub(IMPACT_SIDE)..k + 1)?;
-    let (after, speed_after, noise_after) = side(k + 1..(k + 1 + IMPACT_SIDE).min(count))?;
+    let through = |range: Range<usize>| parabola(&times[range.clone()], &centers[range], middle);
+    let (before, speed_before, noise_before) = through((k + 1).saturating_sub(side)..k + 1)?;
+    let (after, speed_after, noise_after) = through(k + 1..(k + 1 + side).min(count))?;
     let change = speed_after - speed_before;
     let apart = (after - before).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
     let time = (middle - apart).clamp(times[k], times[k + 1]);

@@ -16,21 +16,45 @@ pub(super) struct Told {
     pub(super) are_known: bool,
 }
 
-/// The hits of each of some bodies by others, as the laws of these have them. Objects of one rigid body each
-/// take part.
-pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Option<&Law>]) -> Vec<Told> {
+/// Laws of an object that tell of hits.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Telling<'a> {
+    /// The one that its images show.
+    pub(super) shown: Option<&'a Law>,
+    /// The one that it has.
+    pub(super) own: Option<&'a Law>,
+}
+
+impl Telling<'_> {
+    /// Times at which the object is struck: by the law that images show, or if that has no hit, by its own.
+    fn times(self) -> Vec<f64> {
+        let of = |law: Option<&Law>| law.map(|law| struck(law).collect::<Vec<f64>>()).unwrap_or_default();
+        Some(of(self.shown)).filter(|times| !times.is_empty()).unwrap_or_else(|| of(self.own))
+    }
+}
+
+/// The hits of each of some bodies by others, as the laws of these have them, and those that it had before.
+/// Objects of one rigid body each take part.
+pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling<'_>]) -> Vec<Told> {
+    let times: Vec<Vec<f64>> = laws.iter().map(|laws| laws.times()).collect();
     let of_body = |own: usize| {
         let Some(body) = single(&bodies[own]) else { return Told::default() };
         let interval = interval(body);
         let mut hits = Vec::new();
-        for (other, law) in laws.iter().enumerate().filter(|(other, _)| *other != own) {
-            let (Some(other), Some(law)) = (single(&bodies[other]), law) else { continue };
-            hits.extend(struck(law).filter(|&time| touch(body, other, time)));
+        for (other, times) in times.iter().enumerate().filter(|(other, _)| *other != own) {
+            let Some(other) = single(&bodies[other]) else { continue };
+            hits.extend(times.iter().copied().filter(|&time| touch(body, other, time)));
         }
+        // What it was found to be struck by is sought in its images as well, if there is another body.
+        let is_near = |time: &f64| {
+            let others = (0..bodies.len()).filter(|other| *other != own);
+            others.filter_map(|other| single(&bodies[other])).any(|other| touch(body, other, *time))
+        };
+        hits.extend(times[own].iter().copied().filter(is_near));
         hits.sort_by(f64::total_cmp);
         hits.dedup_by(|next, last| *next - *last <= SAME_HIT * interval);
-        let own: &[Impact] = laws[own].map_or(&[], Law::impulses);
-        let is_known = |hit: &f64| own.iter().any(|event| (event.time - hit).abs() <= SAME_HIT * interval);
+        let shown: &[Impact] = laws[own].shown.map_or(&[], Law::impulses);
+        let is_known = |hit: &f64| shown.iter().any(|event| (event.time - hit).abs() <= SAME_HIT * interval);
         Told { are_known: hits.iter().all(is_known), times: hits }
     };
     (0..bodies.len()).map(of_body).collect()
@@ -103,11 +127,17 @@ mod tests {
         let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0), ball(2, 5.0, 0.0)];
         let laws = [struck_at(&[0.4]), struck_at(&[]), struck_at(&[0.2])];
         let told = |times: &[f64], are_known| Told { times: times.to_vec(), are_known };
-        let hits = hits_by_others(&bodies, &[Some(&laws[0]), Some(&laws[1]), Some(&laws[2])]);
-        assert_eq!(hits, [told(&[], true), told(&[0.4], false), told(&[], true)]);
-        assert_eq!(hits_by_others(&bodies, &[Some(&laws[0]), None, None])[1], told(&[0.4], false));
+        let shown = |law| Telling { shown: Some(law), own: None };
+        let none = Telling::default();
+        let hits = hits_by_others(&bodies, &[shown(&laws[0]), shown(&laws[1]), shown(&laws[2])]);
+        assert_eq!(hits, [told(&[0.4], true), told(&[0.4], false), told(&[], true)]);
+        assert_eq!(hits_by_others(&bodies, &[shown(&laws[0]), none, none])[1], told(&[0.4], false));
         let known = struck_at(&[0.41]);
-        let hits = hits_by_others(&bodies, &[Some(&laws[0]), Some(&known), None]);
-        assert_eq!(hits[..2], [told(&[0.41], true), told(&[0.4], true)]);
+        let hits = hits_by_others(&bodies, &[shown(&laws[0]), shown(&known), none]);
+        assert_eq!(hits[..2], [told(&[0.4], true), told(&[0.4], true)]);
+        // A hit that the tracks of a source have shown is sought in images that do not show it by themselves.
+        let own = Telling { shown: Some(&laws[1]), own: Some(&laws[0]) };
+        let hits = hits_by_others(&bodies, &[own, none, none]);
+        assert_eq!(hits, [told(&[0.4], false), told(&[0.4], false), told(&[], true)]);
     }
 }

@@ -10,7 +10,7 @@ use lgs_model::{LagrangianScene, ObjectModel};
 use rayon::prelude::*;
 
 use super::image_couples::couples;
-use super::image_hits::{Told, hits_by_others};
+use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
@@ -55,7 +55,7 @@ pub(super) fn with_laws_of_images(
         Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
     };
     let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
-    let offers = with_hits(offers, &mut bodies, &offer);
+    let offers = with_hits((&scene, offers), &mut bodies, &offer);
     let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
         offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
     };
@@ -75,12 +75,14 @@ type ObjectPoses = (usize, Vec<BodyPoses>);
 /// What bodies offer where others that they touch were struck, as far as the laws of these say so: a law
 /// through hits at these times, if there is one. What is found tells of hits of others in turn.
 fn with_hits(
-    mut offers: Vec<Offer>,
+    (scene, mut offers): (&LagrangianScene, Vec<Offer>),
     bodies: &mut [ObjectPoses],
     offer: &(dyn Fn(&ObjectPoses) -> Offer + Sync),
 ) -> Vec<Offer> {
     for _ in 0..ROUNDS_OF_HITS {
-        let laws: Vec<Option<&Law>> = offers.iter().map(Offer::law_of_window).collect();
+        let own = |object: usize| own_law(&scene.objects[object]).map(|own| &own.law);
+        let telling = |offer| Telling { shown: Offer::law_of_window(offer), own: own(offer.object) };
+        let laws: Vec<Telling<'_>> = offers.iter().map(telling).collect();
         let hits = hits_by_others(bodies, &laws);
         let is_new = |((_, bodies), told): (&ObjectPoses, &Told)| {
             !told.are_known && bodies.iter().any(|body| body.hits != told.times)

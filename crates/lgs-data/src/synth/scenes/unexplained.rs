@@ -8,7 +8,7 @@ use super::super::shape::Shape;
 use super::super::texture::Texture;
 use super::super::view::Rig;
 use super::entry::{Entry, alone, framed};
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 4] = [
     Entry::new(
