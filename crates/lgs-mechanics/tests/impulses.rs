@@ -7,8 +7,8 @@ use common::{law, state};
 use lgs_core::stream;
 use lgs_mechanics::choose::candidates;
 use lgs_mechanics::collisions::{Body, Observed, explain};
-use lgs_mechanics::contact::{Impact, Surface};
-use lgs_mechanics::coordinates::{Coordinates, Port};
+use lgs_mechanics::contact::{Impact, Surface, impacts};
+use lgs_mechanics::coordinates::{Coordinates, Port, State};
 use lgs_mechanics::{Edit, Law, System};
 use rand_distr::{Distribution, StandardNormal};
 
@@ -96,4 +96,26 @@ fn hits_that_others_tell_of_and_a_body_does_not_show_are_none() {
     let law = found.unwrap().law;
     let near = |(event, truth): (&Impact, &Impact)| (event.time - truth.time).abs() < 2e-3;
     assert!(law.events.len() == 2 && law.events.iter().zip(&struck().events).all(near), "{law:?}");
+}
+
+#[test]
+fn dense_samples_show_an_impulse_that_hides_in_the_noise_of_few() {
+    let start = state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]);
+    let noisy = |count: usize, deviation: f64, law: &Law| -> (Vec<f64>, Vec<[f64; 3]>) {
+        let times: Vec<f64> = (0..count).map(|k| 0.75 * k as f64 / (count - 1) as f64).collect();
+        let mut draws = stream(6, "noise", 0);
+        let mut noise = || -> f64 { StandardNormal.sample(&mut draws) };
+        let states = System::new(law, Edit::NONE).states(&start, &times).unwrap();
+        let center = |state: &State| [0, 1, 2].map(|axis| state.x[axis] + deviation * noise());
+        (times, states.iter().map(center).collect())
+    };
+    let found = |count: usize, law: &Law| {
+        let (times, centers) = noisy(count, 2e-3, law);
+        impacts(&times, &centers).iter().map(|impact| impact.time).collect::<Vec<f64>>()
+    };
+    let near = |(found, truth): (&f64, &Impact)| (found - truth.time).abs() < 0.02;
+    let dense = found(181, &struck());
+    assert!(dense.len() == 2 && dense.iter().zip(&struck().events).all(near), "{dense:?}");
+    let smooth = Law { events: Vec::new(), ..struck() };
+    assert!(found(181, &smooth).is_empty() && found(46, &smooth).is_empty());
 }
