@@ -8,11 +8,11 @@ use lgs_mechanics::contact::{Impact, Origin, noticeable};
 use super::thresholds::{SAME_HIT, TOUCHES};
 
 /// Hits of a body of which others tell.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(super) struct Told {
     /// Their times, ascending.
     pub(super) times: Vec<f64>,
-    /// Whether its own law has all of them.
+    /// Whether the law that its images show has all of them, or has been sought through them.
     pub(super) are_known: bool,
 }
 
@@ -38,7 +38,7 @@ impl Telling<'_> {
 pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling<'_>]) -> Vec<Told> {
     let times: Vec<Vec<f64>> = laws.iter().map(|laws| laws.times()).collect();
     let of_body = |own: usize| {
-        let Some(body) = single(&bodies[own]) else { return Told::default() };
+        let Some(body) = single(&bodies[own]) else { return Told { times: Vec::new(), are_known: true } };
         let interval = interval(body);
         let mut hits = Vec::new();
         for (other, times) in times.iter().enumerate().filter(|(other, _)| *other != own) {
@@ -54,7 +54,8 @@ pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling
         hits.sort_by(f64::total_cmp);
         hits.dedup_by(|next, last| *next - *last <= SAME_HIT * interval);
         let shown: &[Impact] = laws[own].shown.map_or(&[], Law::impulses);
-        let is_known = |hit: &f64| shown.iter().any(|event| (event.time - hit).abs() <= SAME_HIT * interval);
+        let known: Vec<f64> = shown.iter().map(|event| event.time).chain(body.hits.iter().copied()).collect();
+        let is_known = |hit: &f64| known.iter().any(|time| (time - hit).abs() <= SAME_HIT * interval);
         Told { are_known: hits.iter().all(is_known), times: hits }
     };
     (0..bodies.len()).map(of_body).collect()
@@ -139,5 +140,8 @@ mod tests {
         let own = Telling { shown: Some(&laws[1]), own: Some(&laws[0]) };
         let hits = hits_by_others(&bodies, &[own, none, none]);
         assert_eq!(hits, [told(&[0.4], false), told(&[0.4], false), told(&[], true)]);
+        let mut sought = bodies;
+        sought[0].1[0].hits = vec![0.41];
+        assert_eq!(hits_by_others(&sought, &[own, none, none])[0], told(&[0.4], true));
     }
 }

@@ -84,10 +84,7 @@ fn with_hits(
         let telling = |offer| Telling { shown: Offer::law_of_window(offer), own: own(offer.object) };
         let laws: Vec<Telling<'_>> = offers.iter().map(telling).collect();
         let hits = hits_by_others(bodies, &laws);
-        let is_new = |((_, bodies), told): (&ObjectPoses, &Told)| {
-            !told.are_known && bodies.iter().any(|body| body.hits != told.times)
-        };
-        let are_new: Vec<bool> = bodies.iter().zip(&hits).map(is_new).collect();
+        let are_new: Vec<bool> = hits.iter().map(|told| !told.are_known).collect();
         for ((_, bodies), Told { times, .. }) in bodies.iter_mut().zip(hits) {
             bodies.iter_mut().filter(|_| !times.is_empty()).for_each(|body| body.hits.clone_from(&times));
         }

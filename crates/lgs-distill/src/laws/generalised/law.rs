@@ -133,15 +133,15 @@ fn of_body(
 }
 
 /// The likeliest smooth law of a body and the likeliest one through impacts, as far as they are sought. Where
-/// the centre jumps, no smooth law may explain the motion, which is long to find out: less effort is made at
-/// first, and no more if there is a law through impacts.
+/// the centre jumps, or others tell of a hit, no smooth law may explain the motion, which is long to find out:
+/// less effort is made at first, and no more if there is a law through impacts.
 fn smooth_and_impacted(
     observed: &mut ObservedPoses,
     motion: &SharedMotion,
     surroundings: Surroundings<'_>,
     errors: Errors,
 ) -> (Option<Rated>, Option<Impacted>) {
-    let jumps = has_impacts(motion);
+    let jumps = has_impacts(motion) || !surroundings.hits.is_empty();
     let mut chosen = None;
     if !errors.is_allowance {
         observed.is_explained = jumps;
