@@ -12,8 +12,8 @@ impl LagrangianScene {
     /// Objects whose edits change the motion of one: itself, and those that it may hit.
     #[must_use]
     pub fn moved_with(&self, object: usize) -> Vec<usize> {
-        let contact = self.contact.iter().map(|contact| &contact.objects);
-        contact.filter(|objects| objects.contains(&object)).next().cloned().unwrap_or_else(|| vec![object])
+        let mut contact = self.contact.iter().map(|contact| &contact.objects);
+        contact.find(|objects| objects.contains(&object)).cloned().unwrap_or_else(|| vec![object])
     }
 
     /// Times between which the forecasts of some objects under an edit of each of the scene are trusted, by
