@@ -51,15 +51,7 @@ pub(super) fn with_laws_of_images(
     let mut bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
     let before = squared_error_of(&scene, frames);
     let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
-    let offer = |(index, bodies): &ObjectPoses| {
-        Offer::new((&scene, *index), bodies.clone(), choice.of_object(*index))
-    };
-    let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
-    let offers = with_hits((&scene, offers), &mut bodies, &offer);
-    let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
-        offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
-    };
-    let offers: Vec<Offer> = offers.into_par_iter().zip(&bodies).map(with_parts).collect();
+    let offers = offers(&scene, &mut bodies, choice);
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
     if choice.sought == Sought::All {
@@ -67,6 +59,19 @@ pub(super) fn with_laws_of_images(
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
     (best.scene, decibels_between(best.error, before))
+}
+
+/// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws of
+/// parts of the window.
+fn offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], choice: LawChoice<'_>) -> Vec<Offer> {
+    let offer =
+        |(index, bodies): &ObjectPoses| Offer::new((scene, *index), bodies.clone(), choice.of_object(*index));
+    let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
+    let offers = with_hits((scene, offers), bodies, &offer);
+    let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
+        offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
+    };
+    offers.into_par_iter().zip(&*bodies).map(with_parts).collect()
 }
 
 /// Index of an object, and the poses of its bodies as images show them.
