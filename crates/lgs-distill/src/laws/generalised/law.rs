@@ -133,8 +133,8 @@ fn of_body(
 }
 
 /// The likeliest smooth law of a body and the likeliest one through impacts, as far as they are sought. Where
-/// the centre jumps, or others tell of a hit, no smooth law may explain the motion, which is long to find out:
-/// less effort is made at first, and no more if there is a law through impacts.
+/// the centre jumps, or others tell of a hit, no smooth law may explain the motion, which is long to find
+/// out: less effort is made at first, and no more if there is a law through impacts.
 fn smooth_and_impacted(
     observed: &mut ObservedPoses,
     motion: &SharedMotion,
