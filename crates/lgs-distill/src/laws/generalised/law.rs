@@ -115,7 +115,7 @@ fn of_body(
     if let Some(impacted) = impacted.as_ref().filter(|found| is_sure(found)) {
         return through_impacts(impacted, &observed, motion, seed);
     }
-    // A plane that nothing shows is no simpler than a smooth law, though its errors may have been allowed.
+    // Of impacts that neither a plane at rest nor another body shows, a smooth law that describes is simpler.
     let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
     let is_told = !surroundings.hits.is_empty();
     let is_admitted = |found: &Impacted| is_told || !is_described || is_on_observed_plane(&found.bounced);
