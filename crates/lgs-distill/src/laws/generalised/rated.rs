@@ -8,7 +8,7 @@ use super::posterior::{Compared, Posterior};
 use crate::motion::pose::Pose;
 use crate::thresholds::{MOST_GEOMETRIES, MOST_KINEMATIC, NO_RIVAL};
 use lgs_mechanics::bands::shares;
-use lgs_mechanics::choose::{Choice, Judged, weights};
+use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, weights};
 use lgs_mechanics::fit::Fitted;
 
 /// A law with what speaks for it.
@@ -103,23 +103,30 @@ impl Rated {
         // What one law gains, another one behind it may gain as well.
         let (mut is_fitted, mut gain) = (vec![false; self.laws.len()], 0.0_f64);
         for _ in 0..MOST_GEOMETRIES {
-            let hoped = |(law, is_fitted): (&RatedLaw, &bool)| {
-                if *is_fitted {
-                    law.now(self.inflation)
-                } else {
-                    law.now(self.inflation) - gain / self.inflation
-                }
-            };
-            let hoped: Vec<f64> = self.laws.iter().zip(&is_fitted).map(hoped).collect();
-            let counts = shares(&weights(&hoped));
-            let is_due = |&index: &usize| !is_fitted[index] && (index == 0 || counts[index] > 0);
-            let due = (0..hoped.len()).filter(is_due).min_by(|&a, &b| hoped[a].total_cmp(&hoped[b]));
-            let Some(index) = due else { break };
+            let Some(index) = self.due(&is_fitted, gain) else { break };
             is_fitted[index] = true;
             gain = gain.max(self.fit_geometry(index, bodies));
         }
         self.score();
         self
+    }
+
+    /// The likeliest law that is not fitted with its geometry yet, and may matter once it is, if it gains as
+    /// much as others did. Rivals have a weight in bands, but there is none where no law describes the motion:
+    /// then only what may become the likeliest law matters, or the likeliest in other coordinates.
+    fn due(&self, is_fitted: &[bool], gain: f64) -> Option<usize> {
+        let score = |index: usize| self.laws[index].now(self.inflation);
+        let hope = |index: usize| score(index) - if is_fitted[index] { 0.0 } else { gain / self.inflation };
+        let hoped: Vec<f64> = (0..self.laws.len()).map(hope).collect();
+        let counts = shares(&weights(&hoped));
+        let best = (0..hoped.len()).min_by(|&a, &b| score(a).total_cmp(&score(b)))?;
+        let is_described = self.laws.iter().any(|law| self.chi_square_of(law) <= DESCRIBED);
+        let kind = |index: usize| std::mem::discriminant(&self.systems[self.laws[index].system].coordinates);
+        let is_first_of_kind = |index: usize| !(0..index).any(|other| kind(other) == kind(index));
+        let matters = |index: usize| is_described || hoped[index] < score(best) || is_first_of_kind(index);
+        let is_due =
+            |&index: &usize| !is_fitted[index] && (index == 0 || (counts[index] > 0 && matters(index)));
+        (0..hoped.len()).filter(is_due).min_by(|&a, &b| hoped[a].total_cmp(&hoped[b]))
     }
 
     /// Fits a law together with the geometry of its coordinates; returns what χ² gains by it.
@@ -163,8 +170,11 @@ impl Rated {
 
     /// χ² of the poses for each degree of freedom that the likeliest law leaves.
     pub(super) fn chi_square(&self) -> f64 {
-        let best = self.best();
-        let left = best.evidence.samples - unknowns(self.system(), &best.judged);
-        best.evidence.chi_square / left.max(1.0)
+        self.chi_square_of(self.best())
+    }
+
+    fn chi_square_of(&self, law: &RatedLaw) -> f64 {
+        let left = law.evidence.samples - unknowns(&self.systems[law.system], &law.judged);
+        law.evidence.chi_square / left.max(1.0)
     }
 }
