@@ -178,3 +178,62 @@ impl Rated {
         law.evidence.chi_square / left.max(1.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_mechanics::Law;
+    use lgs_mechanics::coordinates::{Coordinates, Hinge, State};
+    use nalgebra::DMatrix;
+
+    const SAMPLES: f64 = 100.0;
+
+    /// Laws on a hinge with a χ² for each independent sample, each so much less likely than the one before.
+    fn rated(chi_square: f64, behind: &[f64]) -> Rated {
+        let coordinates = Coordinates::Hinge(Hinge { axis: [0.0, 0.0, 1.0], pivot: [0.0; 3] });
+        let law = Law::new(coordinates.clone(), Vec::new(), Vec::new(), 0.01).expect("a law");
+        let start = State { x: vec![0.0], v: vec![1.0] };
+        let loss = chi_square * SAMPLES;
+        let judged = |index: usize| Judged {
+            index,
+            fitted: Fitted {
+                law: law.clone(),
+                start: start.clone(),
+                loss,
+                covariance: DMatrix::zeros(2, 2),
+                bounds: Vec::new(),
+                priors: Vec::new(),
+            },
+            evidence: loss,
+            simplicity: 0,
+        };
+        let choice = Choice { judged: (0..behind.len()).map(judged).collect(), chosen: 0, samples: SAMPLES };
+        let system = Configured {
+            coordinates,
+            x: vec![vec![0.0]],
+            order: vec![0],
+            bases: vec![Pose { linear: glam::DMat3::IDENTITY, shift: glam::DVec3::ZERO }],
+            constants: 0,
+            chi_square: 0.0,
+        };
+        let evidence = |_: &Configured, judged: &Judged| Evidence {
+            chi_square: loss,
+            samples: SAMPLES,
+            against: behind[judged.index],
+        };
+        Rated::new(vec![(system, choice)], &evidence).expect("laws")
+    }
+
+    #[test]
+    fn rivals_are_fitted_with_their_geometry_where_a_law_describes_the_motion() {
+        let due = |chi_square: f64, gain: f64| {
+            let rated = rated(chi_square, &[0.0, 1.0, 25.0]);
+            assert_eq!(rated.due(&[false; 3], 0.0), Some(0));
+            rated.due(&[true, false, false], gain)
+        };
+        assert_eq!(due(1.0, 0.0), Some(1));
+        assert_eq!(due(5.0, 0.0), None);
+        // What may become the likeliest law matters all the same.
+        assert_eq!(due(5.0, 10.0), Some(1));
+    }
+}
