@@ -156,7 +156,7 @@ fn smooth_and_impacted(
         }
     }
     let impacted = contact::through_impacts(observed, motion, surroundings, errors.slow);
-    let explains = impacted.as_ref().is_some_and(|found| found.bounced.is_within_noise());
+    let explains = impacted.as_ref().is_some_and(|found| accounts_for(&found.bounced, surroundings));
     if impacted.as_ref().is_some_and(is_sure) || (jumps && explains && chosen.is_some()) {
         return (chosen, impacted);
     }
@@ -166,6 +166,12 @@ fn smooth_and_impacted(
         observed.is_explained = false;
     }
     (chosen, impacted)
+}
+
+/// Whether a law through impacts leaves nothing that a smooth law is to be sought for: it explains the motion,
+/// or describes it through hits of which others tell.
+fn accounts_for(bounced: &Bounced, surroundings: Surroundings<'_>) -> bool {
+    bounced.is_within_noise() || (!surroundings.hits.is_empty() && bounced.chi_square <= DESCRIBED)
 }
 
 /// Whether a law through impacts needs no comparison with a smooth one.
