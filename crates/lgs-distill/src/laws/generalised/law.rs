@@ -4,7 +4,6 @@
 use super::choice::choose_law;
 use super::contact::{self, Impacted, Surroundings};
 use super::couples::choose_couple;
-use super::evidence::unknowns;
 use super::forecast::ForecastErrors;
 use super::kinematics::allow_for_joint;
 use super::known::GeneralisedLaw;
@@ -12,14 +11,14 @@ use super::modal::choose_modal;
 use super::observed::{Laws, ObservedPoses};
 use super::rated::Rated;
 use super::sliding::slides;
-use crate::motion::pose::{Pose, PoseKind};
+use crate::motion::pose::PoseKind;
 use crate::motion::shared_motion::SharedMotion;
 use crate::thresholds::{BEYOND_SMOOTH, DRAWN_LAWS, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
+use lgs_mechanics::FORECAST_ERROR;
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::{DESCRIBED, EXPLAINED};
 use lgs_mechanics::collisions::Bounced;
-use lgs_mechanics::contact::{Origin, impacts};
-use lgs_mechanics::{FORECAST_ERROR, Law};
+use lgs_mechanics::contact::impacts;
 
 /// What laws are sought among, and the points at rest around the body.
 pub(crate) type Around<'a> = (Laws, Surroundings<'a>);
@@ -111,16 +110,20 @@ fn of_body(
     allow_for_joint(&mut observed, errors.slow);
     observed.slides = slides(&observed, motion, surroundings);
     let (chosen, impacted) = smooth_and_impacted(&mut observed, motion, surroundings, errors);
-    tracing::debug!(impacted = ?impacted.as_ref().map(|found| told(&found.bounced)), "a law through impacts");
-    if let Some(impacted) = impacted.as_ref().filter(|found| is_sure(found)) {
+    if let Some(Bounced { law, chi_square, error, .. }) = impacted.as_ref().map(|found| &found.bounced) {
+        tracing::debug!(?law, chi_square, error, "a law through impacts");
+    }
+    if let Some(impacted) = impacted.as_ref().filter(|found| found.is_sure()) {
         return through_impacts(impacted, &observed, motion, seed);
     }
     // Of impacts that neither a plane at rest nor another body shows, a smooth law that describes is simpler.
     let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
     let is_told = !surroundings.hits.is_empty();
-    let is_admitted = |found: &Impacted| is_told || !is_described || is_on_observed_plane(&found.bounced);
+    let is_admitted = |found: &Impacted| is_told || !is_described || found.is_on_observed_plane();
     let admitted = impacted.as_ref().filter(|found| is_admitted(found));
-    if let Some((impacted, lead)) = admitted.and_then(|found| lead(found, chosen.as_ref(), &observed)) {
+    if let Some((impacted, lead)) =
+        admitted.and_then(|found| Some((found, found.lead(chosen.as_ref(), &observed)?)))
+    {
         let law = through_impacts(impacted, &observed, motion, seed)?;
         let evidence = chosen.map(|smooth| smooth.best().evidence.bettered_by(lead));
         return Some(GeneralisedLaw { evidence, ..law });
@@ -156,8 +159,8 @@ fn smooth_and_impacted(
         }
     }
     let impacted = contact::through_impacts(observed, motion, surroundings, errors.slow);
-    let explains = impacted.as_ref().is_some_and(|found| accounts_for(&found.bounced, surroundings));
-    if impacted.as_ref().is_some_and(is_sure) || (jumps && explains && chosen.is_some()) {
+    let explains = impacted.as_ref().is_some_and(|found| found.accounts_for_motion(surroundings));
+    if impacted.as_ref().is_some_and(Impacted::is_sure) || (jumps && explains && chosen.is_some()) {
         return (chosen, impacted);
     }
     if chosen.is_none() || jumps {
@@ -166,17 +169,6 @@ fn smooth_and_impacted(
         observed.is_explained = false;
     }
     (chosen, impacted)
-}
-
-/// Whether a law through impacts leaves nothing that a smooth law is to be sought for: it explains the motion,
-/// or describes it through hits of which others tell.
-fn accounts_for(bounced: &Bounced, surroundings: Surroundings<'_>) -> bool {
-    bounced.is_within_noise() || (!surroundings.hits.is_empty() && bounced.chi_square <= DESCRIBED)
-}
-
-/// Whether a law through impacts needs no comparison with a smooth one.
-fn is_sure(impacted: &Impacted) -> bool {
-    impacted.bounced.is_within_noise() && is_on_observed_plane(&impacted.bounced)
 }
 
 /// The law of two rigid bodies that act on each other.
@@ -191,41 +183,6 @@ fn of_couple(bodies: [&SharedMotion; 2], laws: Laws, errors: Errors, seed: u64) 
         found = choose_couple(observed.each_ref())?;
     }
     smooth(&found, (&bodies, Surroundings::default()), seed)
-}
-
-/// What is told of a law through impacts.
-fn told(bounced: &Bounced) -> (&Law, f64, [f64; 2], f64) {
-    let after = [bounced.error, bounced.path()];
-    (&bounced.law, bounced.chi_square, after, bounced.evidence())
-}
-
-fn is_on_observed_plane(bounced: &Bounced) -> bool {
-    bounced.law.contact.as_ref().is_some_and(|contact| contact.origin == Origin::Observed)
-}
-
-/// A law through impacts that is likelier than a smooth one, and by how much in units of χ². On a plane
-/// that nothing at rest shows, it has to say where the body is after the impact: what stops a body in the
-/// air may be a hand.
-fn lead<'a>(
-    impacted: &'a Impacted,
-    chosen: Option<&Rated>,
-    observed: &ObservedPoses,
-) -> Option<(&'a Impacted, f64)> {
-    let bounced = &impacted.bounced;
-    if !is_on_observed_plane(bounced) && bounced.error > MOST_AFTER_IMPACT * bounced.path() {
-        return None;
-    }
-    let Some(rated) = chosen else { return Some((impacted, 0.0)) };
-    let (system, judged) = (rated.system(), &rated.best().judged);
-    let Some(poses) = rated.best().posterior.placed.poses(&observed.times) else {
-        return Some((impacted, 0.0));
-    };
-    let poses: Vec<Pose> = poses.into_iter().flatten().collect();
-    // The start of the law with a contact is not counted, so as many are left out of the other's.
-    let beyond_start = unknowns(system, judged) - 2.0 * bounced.start.v.len() as f64;
-    let [smooth, bounced] = [impacted.evidence_of(observed, &poses, beyond_start), bounced.evidence()];
-    tracing::debug!(smooth, bounced, "evidence of a smooth law and of one with a contact");
-    (bounced < smooth).then_some((impacted, smooth - bounced))
 }
 
 /// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at

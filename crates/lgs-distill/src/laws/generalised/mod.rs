@@ -2,6 +2,7 @@
 //! and §5.4).
 
 mod choice;
+mod compared;
 mod contact;
 mod couples;
 mod decomposition;
