@@ -1,19 +1,62 @@
 //! Hits that the law of one body tells of and that of another one has not: who touches a body that is struck
 //! is struck as well (method §5.9).
 
+use glam::DVec3;
 use lgs_distill::BodyPoses;
 use lgs_mechanics::Law;
-use lgs_mechanics::contact::{Impact, Origin, noticeable};
+use lgs_mechanics::contact::{Contact, Impact, Origin, noticeable};
+use lgs_mechanics::coordinates::Coordinates;
 
-use super::thresholds::{SAME_HIT, TOUCHES};
+use super::thresholds::{OPPOSITE, SAME_HIT, TOUCHES};
 
-/// Hits of a body of which others tell.
-#[derive(Debug, PartialEq)]
+/// Hits of a body of which others tell, or its own law.
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct Told {
-    /// Their times, ascending.
-    pub(super) times: Vec<f64>,
+    /// As each of them tells it, in the order of times.
+    hits: Vec<Blow>,
+    /// Times that differ by no more are one hit.
+    within: f64,
     /// Whether the law that its images show has all of them, or has been sought through them.
     pub(super) are_known: bool,
+}
+
+impl Told {
+    /// The times of the hits, ascending.
+    pub(super) fn times(&self) -> Vec<f64> {
+        let mut times: Vec<f64> = self.hits.iter().map(|hit| hit.time).collect();
+        times.dedup_by(|next, last| *next - *last <= self.within);
+        times
+    }
+
+    /// Whether a law has the body struck as one of those who tell of it was: with the opposite impulse.
+    pub(super) fn agree_with(&self, law: &Law) -> bool {
+        let is_told = |own: Blow| {
+            let mut told = self.hits.iter().filter(|hit| hit.is_at(own.time, self.within)).peekable();
+            told.peek().is_none() || told.any(|hit| own.may_be_by(hit))
+        };
+        blows(law, law.impulses()).all(is_told)
+    }
+}
+
+/// A sudden change of a body's velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Blow {
+    time: f64,
+    /// Change of the velocity of the centre, where that is free and known.
+    change: Option<DVec3>,
+}
+
+impl Blow {
+    fn is_at(&self, time: f64, within: f64) -> bool {
+        (self.time - time).abs() <= within
+    }
+
+    /// Whether two bodies may have struck each other, by the change of velocity of each: their impulses are
+    /// opposite. A body on a joint gets one from there as well, and may have been struck by any.
+    fn may_be_by(&self, other: &Self) -> bool {
+        let Some((own, other)) = self.change.zip(other.change) else { return true };
+        own.dot(other) <= OPPOSITE * own.length() * other.length()
+    }
 }
 
 /// Laws of an object that tell of hits.
@@ -25,40 +68,77 @@ pub(super) struct Telling<'a> {
     pub(super) own: Option<&'a Law>,
 }
 
-impl Telling<'_> {
-    /// Times at which the object is struck: by the law that images show, or if that has no hit, by its own.
-    fn times(self) -> Vec<f64> {
-        let of = |law: Option<&Law>| law.map(|law| struck(law).collect::<Vec<f64>>()).unwrap_or_default();
-        Some(of(self.shown)).filter(|times| !times.is_empty()).unwrap_or_else(|| of(self.own))
+impl<'a> Telling<'a> {
+    /// The law that tells of what strikes the object and may be another body: the one that images show, or if
+    /// that has no hit, its own.
+    fn law(self) -> Option<&'a Law> {
+        self.shown.filter(|law| !struck(law).is_empty()).or(self.own)
+    }
+
+    /// What strikes the object at a time, another body or a plane.
+    fn at(self, time: f64, within: f64) -> Option<Blow> {
+        let of = |law: &Law| blows(law, &law.events).find(|blow| blow.is_at(time, within));
+        self.shown.and_then(of).or_else(|| self.own.and_then(of))
     }
 }
 
 /// The hits of each of some bodies by others, as the laws of these have them, and those that it had before.
 /// Objects of one rigid body each take part.
 pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling<'_>]) -> Vec<Told> {
-    let times: Vec<Vec<f64>> = laws.iter().map(|laws| laws.times()).collect();
-    let of_body = |own: usize| {
-        let Some(body) = single(&bodies[own]) else { return Told { times: Vec::new(), are_known: true } };
-        let interval = interval(body);
-        let mut hits = Vec::new();
-        for (other, times) in times.iter().enumerate().filter(|(other, _)| *other != own) {
-            let Some(other) = single(&bodies[other]) else { continue };
-            hits.extend(times.iter().copied().filter(|&time| touch(body, other, time)));
-        }
-        // What it was found to be struck by is sought in its images as well, if there is another body.
-        let is_near = |time: &f64| {
-            let others = (0..bodies.len()).filter(|other| *other != own);
-            others.filter_map(|other| single(&bodies[other])).any(|other| touch(body, other, *time))
-        };
-        hits.extend(times[own].iter().copied().filter(is_near));
-        hits.sort_by(f64::total_cmp);
-        hits.dedup_by(|next, last| *next - *last <= SAME_HIT * interval);
-        let shown: &[Impact] = laws[own].shown.map_or(&[], Law::impulses);
+    let blows = laws.iter().map(|laws| laws.law().map_or_else(Vec::new, struck)).collect();
+    let among = Among { bodies: bodies.iter().map(single).collect(), laws, blows };
+    (0..bodies.len()).map(|own| among.told_of(own)).collect()
+}
+
+/// Bodies, and what strikes each.
+struct Among<'a> {
+    bodies: Vec<Option<&'a BodyPoses>>,
+    laws: &'a [Telling<'a>],
+    blows: Vec<Vec<Blow>>,
+}
+
+impl Among<'_> {
+    fn told_of(&self, own: usize) -> Told {
+        let Some(body) = self.bodies[own] else { return Told { are_known: true, ..Told::default() } };
+        let within = SAME_HIT * interval(body);
+        let others = (0..self.bodies.len()).filter(|other| *other != own);
+        let mut hits: Vec<Blow> = others.flat_map(|other| self.told_by(other, own, within)).collect();
+        hits.extend(self.own(own, within));
+        hits.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let shown: &[Impact] = self.laws[own].shown.map_or(&[], Law::impulses);
         let known: Vec<f64> = shown.iter().map(|event| event.time).chain(body.hits.iter().copied()).collect();
-        let is_known = |hit: &f64| known.iter().any(|time| (time - hit).abs() <= SAME_HIT * interval);
-        Told { are_known: hits.iter().all(is_known), times: hits }
-    };
-    (0..bodies.len()).map(of_body).collect()
+        let is_known = |hit: &Blow| known.iter().any(|time| hit.is_at(*time, within));
+        Told { are_known: hits.iter().all(is_known), hits, within }
+    }
+
+    /// What strikes another body while a body touches it that was not struck differently then.
+    fn told_by(&self, other: usize, own: usize, within: f64) -> impl Iterator<Item = Blow> {
+        let may_be = move |hit: &Blow| {
+            let known = self.laws[own].at(hit.time, within);
+            self.touch(own, other, hit.time) && known.is_none_or(|known| known.may_be_by(hit))
+        };
+        self.blows[other].iter().copied().filter(may_be)
+    }
+
+    /// What its own law has strike a body, but no plane, while it touches one that was not struck differently
+    /// then: sought in images that do not show it by themselves.
+    fn own(&self, own: usize, within: f64) -> impl Iterator<Item = Blow> {
+        let is_by_plane = self.laws[own].law().is_some_and(|law| law.contact.is_some());
+        let has_partner = move |hit: &Blow| {
+            let may_be = |other: usize| {
+                let known = self.laws[other].at(hit.time, within);
+                other != own
+                    && self.touch(own, other, hit.time)
+                    && known.is_none_or(|known| known.may_be_by(hit))
+            };
+            !is_by_plane && (0..self.bodies.len()).any(may_be)
+        };
+        self.blows[own].iter().filter(move |hit| has_partner(hit)).map(|hit| Blow { change: None, ..*hit })
+    }
+
+    fn touch(&self, own: usize, other: usize, time: f64) -> bool {
+        self.bodies[own].zip(self.bodies[other]).is_some_and(|(own, other)| touch(own, other, time))
+    }
 }
 
 /// The body of an object that has one, which does not deform.
@@ -69,14 +149,22 @@ fn single((_, bodies): &(usize, Vec<BodyPoses>)) -> Option<&BodyPoses> {
     }
 }
 
-/// Times of sudden changes of velocity by what may be another body: impulses, or impacts on a plane that
-/// nothing at rest shows.
-fn struck(law: &Law) -> impl Iterator<Item = f64> {
-    let events: &[Impact] = match &law.contact {
-        Some(contact) if contact.origin != Origin::Fitted || !contact.walls.is_empty() => &[],
-        _ => &law.events,
+/// Sudden changes of velocity by what may be another body: impulses, or impacts on a plane that nothing at
+/// rest shows.
+fn struck(law: &Law) -> Vec<Blow> {
+    let is_other = |contact: &Contact| contact.origin == Origin::Fitted && contact.walls.is_empty();
+    let events: &[Impact] = if law.contact.as_ref().is_none_or(is_other) { &law.events } else { &[] };
+    blows(law, events).collect()
+}
+
+/// Events of a law that are not small beside the largest one.
+fn blows<'a>(law: &'a Law, events: &'a [Impact]) -> impl Iterator<Item = Blow> + 'a {
+    let is_free = matches!(law.coordinates, Coordinates::Point | Coordinates::Rigid(_));
+    let change = move |event: &Impact| {
+        let of_center = event.change.last_chunk::<3>().copied();
+        of_center.filter(|_| is_free).map(DVec3::from)
     };
-    noticeable(events).map(|event| event.time)
+    noticeable(events).map(move |event| Blow { time: event.time, change: change(event) })
 }
 
 fn interval(body: &BodyPoses) -> f64 {
@@ -98,8 +186,7 @@ fn touch(one: &BodyPoses, other: &BodyPoses, time: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DMat3, DVec3};
-    use lgs_mechanics::coordinates::Coordinates;
+    use glam::DMat3;
 
     /// A ball of radius 0.3 that slides along x.
     fn ball(index: usize, start: f64, velocity: f64) -> (usize, Vec<BodyPoses>) {
@@ -117,31 +204,50 @@ mod tests {
         (index, vec![body])
     }
 
-    fn struck_at(times: &[f64]) -> Law {
-        let event = |&time: &f64| Impact { time, change: vec![1.0, 0.0, 0.0] };
+    fn law_with(time: f64, change: [f64; 3]) -> Law {
         let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.02).expect("a law");
-        Law { events: times.iter().map(event).collect(), ..law }
+        Law { events: vec![Impact { time, change: change.to_vec() }], ..law }
+    }
+
+    fn shown(law: &Law) -> Telling<'_> {
+        Telling { shown: Some(law), own: None }
+    }
+
+    /// Times of hits of each body, and whether all of them are known.
+    fn told(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling<'_>]) -> Vec<(Vec<f64>, bool)> {
+        hits_by_others(bodies, laws).iter().map(|told| (told.times(), told.are_known)).collect()
     }
 
     #[test]
     fn a_body_is_hit_when_one_that_it_touches_is_struck() {
         let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0), ball(2, 5.0, 0.0)];
-        let laws = [struck_at(&[0.4]), struck_at(&[]), struck_at(&[0.2])];
-        let told = |times: &[f64], are_known| Told { times: times.to_vec(), are_known };
-        let shown = |law| Telling { shown: Some(law), own: None };
+        let [first, far] = [law_with(0.4, [1.0, 0.0, 0.0]), law_with(0.2, [1.0, 0.0, 0.0])];
+        let quiet = Law { events: Vec::new(), ..first.clone() };
         let none = Telling::default();
-        let hits = hits_by_others(&bodies, &[shown(&laws[0]), shown(&laws[1]), shown(&laws[2])]);
-        assert_eq!(hits, [told(&[0.4], true), told(&[0.4], false), told(&[], true)]);
-        assert_eq!(hits_by_others(&bodies, &[shown(&laws[0]), none, none])[1], told(&[0.4], false));
-        let known = struck_at(&[0.41]);
-        let hits = hits_by_others(&bodies, &[shown(&laws[0]), shown(&known), none]);
-        assert_eq!(hits[..2], [told(&[0.4], true), told(&[0.4], true)]);
+        let hits = told(&bodies, &[shown(&first), shown(&quiet), shown(&far)]);
+        assert_eq!(hits, [(vec![0.4], true), (vec![0.4], false), (vec![], true)]);
+        assert_eq!(told(&bodies, &[shown(&first), none, none])[1], (vec![0.4], false));
+        let known = law_with(0.41, [-1.0, 0.1, 0.0]);
+        let hits = told(&bodies, &[shown(&first), shown(&known), none]);
+        assert_eq!(hits[..2], [(vec![0.4], true), (vec![0.4], true)]);
         // A hit that the tracks of a source have shown is sought in images that do not show it by themselves.
-        let own = Telling { shown: Some(&laws[1]), own: Some(&laws[0]) };
-        let hits = hits_by_others(&bodies, &[own, none, none]);
-        assert_eq!(hits, [told(&[0.4], false), told(&[0.4], false), told(&[], true)]);
+        let own = Telling { shown: Some(&quiet), own: Some(&first) };
+        let hits = told(&bodies, &[own, none, none]);
+        assert_eq!(hits, [(vec![0.4], false), (vec![0.4], false), (vec![], true)]);
         let mut sought = bodies;
         sought[0].1[0].hits = vec![0.41];
-        assert_eq!(hits_by_others(&sought, &[own, none, none])[0], told(&[0.4], true));
+        assert_eq!(told(&sought, &[own, none, none])[0], (vec![0.4], true));
+    }
+
+    #[test]
+    fn bodies_whose_impulses_are_not_opposite_have_not_struck_each_other() {
+        // A ball that bounces, and its shadow, whose path has a kink at the same time.
+        let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0)];
+        let [up, along] = [law_with(0.4, [0.0, 0.0, 2.0]), law_with(0.4, [1.0, 0.0, 0.0])];
+        assert_eq!(told(&bodies, &[shown(&up), shown(&along)]), [(vec![], true), (vec![], true)]);
+        // A law that was found through a hit has to have the opposite impulse, too.
+        let hits = hits_by_others(&bodies, &[shown(&up), Telling::default()]);
+        assert!(!hits[1].agree_with(&along) && hits[1].agree_with(&law_with(0.41, [0.1, 0.0, -1.0])));
+        assert!(hits[1].agree_with(&law_with(0.1, [1.0, 0.0, 0.0])), "nobody tells of that one");
     }
 }

@@ -88,15 +88,17 @@ fn with_hits(
         let own = |object: usize| own_law(&scene.objects[object]).map(|own| &own.law);
         let telling = |offer| Telling { shown: Offer::law_of_window(offer), own: own(offer.object) };
         let laws: Vec<Telling<'_>> = offers.iter().map(telling).collect();
-        let hits = hits_by_others(bodies, &laws);
-        let are_new: Vec<bool> = hits.iter().map(|told| !told.are_known).collect();
-        for ((_, bodies), Told { times, .. }) in bodies.iter_mut().zip(hits) {
+        let told = hits_by_others(bodies, &laws);
+        for ((_, bodies), told) in bodies.iter_mut().zip(&told) {
+            let times = told.times();
             bodies.iter_mut().filter(|_| !times.is_empty()).for_each(|body| body.hits.clone_from(&times));
         }
-        let through_hits = |(body, is_new): (&ObjectPoses, &bool)| {
-            is_new.then(|| offer(body)).filter(|offer| offer.law_of_window().is_some_and(is_struck))
+        let through_hits = |(body, told): (&ObjectPoses, &Told)| {
+            let obeys = |law: &Law| is_struck(law) && told.agree_with(law);
+            let found = (!told.are_known).then(|| offer(body));
+            found.filter(|offer| offer.law_of_window().is_some_and(obeys))
         };
-        let found: Vec<Option<Offer>> = bodies.par_iter().zip(&are_new).map(through_hits).collect();
+        let found: Vec<Option<Offer>> = bodies.par_iter().zip(&told).map(through_hits).collect();
         if found.iter().all(Option::is_none) {
             break;
         }
