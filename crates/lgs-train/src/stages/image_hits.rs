@@ -13,7 +13,7 @@ use super::thresholds::{OPPOSITE, SAME_HIT, TOUCHES};
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Told {
     /// As each of them tells it, in the order of times.
-    hits: Vec<Blow>,
+    hits: Vec<VelocityJump>,
     /// Times that differ by no more are one hit.
     within: f64,
     /// Whether the law that its images show has all of them, or has been sought through them.
@@ -30,23 +30,23 @@ impl Told {
 
     /// Whether a law has the body struck as one of those who tell of it was: with the opposite impulse.
     pub(super) fn agree_with(&self, law: &Law) -> bool {
-        let is_told = |own: Blow| {
+        let is_told = |own: VelocityJump| {
             let mut told = self.hits.iter().filter(|hit| hit.is_at(own.time, self.within)).peekable();
             told.peek().is_none() || told.any(|hit| own.may_be_by(hit))
         };
-        blows(law, law.impulses()).all(is_told)
+        jumps(law, law.impulses()).all(is_told)
     }
 }
 
 /// A sudden change of a body's velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Blow {
+struct VelocityJump {
     time: f64,
     /// Change of the velocity of the centre, where that is free and known.
     change: Option<DVec3>,
 }
 
-impl Blow {
+impl VelocityJump {
     fn is_at(&self, time: f64, within: f64) -> bool {
         (self.time - time).abs() <= within
     }
@@ -76,8 +76,8 @@ impl<'a> Telling<'a> {
     }
 
     /// What strikes the object at a time, another body or a plane.
-    fn at(self, time: f64, within: f64) -> Option<Blow> {
-        let of = |law: &Law| blows(law, &law.events).find(|blow| blow.is_at(time, within));
+    fn at(self, time: f64, within: f64) -> Option<VelocityJump> {
+        let of = |law: &Law| jumps(law, &law.events).find(|blow| blow.is_at(time, within));
         self.shown.and_then(of).or_else(|| self.own.and_then(of))
     }
 }
@@ -85,8 +85,8 @@ impl<'a> Telling<'a> {
 /// The hits of each of some bodies by others, as the laws of these have them, and those that it had before.
 /// Objects of one rigid body each take part.
 pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling<'_>]) -> Vec<Told> {
-    let blows = laws.iter().map(|laws| laws.law().map_or_else(Vec::new, struck)).collect();
-    let among = Among { bodies: bodies.iter().map(single).collect(), laws, blows };
+    let jumps = laws.iter().map(|laws| laws.law().map_or_else(Vec::new, struck)).collect();
+    let among = Among { bodies: bodies.iter().map(single).collect(), laws, jumps };
     (0..bodies.len()).map(|own| among.told_of(own)).collect()
 }
 
@@ -94,7 +94,7 @@ pub(super) fn hits_by_others(bodies: &[(usize, Vec<BodyPoses>)], laws: &[Telling
 struct Among<'a> {
     bodies: Vec<Option<&'a BodyPoses>>,
     laws: &'a [Telling<'a>],
-    blows: Vec<Vec<Blow>>,
+    jumps: Vec<Vec<VelocityJump>>,
 }
 
 impl Among<'_> {
@@ -102,29 +102,29 @@ impl Among<'_> {
         let Some(body) = self.bodies[own] else { return Told { are_known: true, ..Told::default() } };
         let within = SAME_HIT * interval(body);
         let others = (0..self.bodies.len()).filter(|other| *other != own);
-        let mut hits: Vec<Blow> = others.flat_map(|other| self.told_by(other, own, within)).collect();
+        let mut hits: Vec<VelocityJump> = others.flat_map(|other| self.told_by(other, own, within)).collect();
         hits.extend(self.own(own, within));
         hits.sort_by(|a, b| a.time.total_cmp(&b.time));
         let shown: &[Impact] = self.laws[own].shown.map_or(&[], Law::impulses);
         let known: Vec<f64> = shown.iter().map(|event| event.time).chain(body.hits.iter().copied()).collect();
-        let is_known = |hit: &Blow| known.iter().any(|time| hit.is_at(*time, within));
+        let is_known = |hit: &VelocityJump| known.iter().any(|time| hit.is_at(*time, within));
         Told { are_known: hits.iter().all(is_known), hits, within }
     }
 
     /// What strikes another body while a body touches it that was not struck differently then.
-    fn told_by(&self, other: usize, own: usize, within: f64) -> impl Iterator<Item = Blow> {
-        let may_be = move |hit: &Blow| {
+    fn told_by(&self, other: usize, own: usize, within: f64) -> impl Iterator<Item = VelocityJump> {
+        let may_be = move |hit: &VelocityJump| {
             let known = self.laws[own].at(hit.time, within);
             self.touch(own, other, hit.time) && known.is_none_or(|known| known.may_be_by(hit))
         };
-        self.blows[other].iter().copied().filter(may_be)
+        self.jumps[other].iter().copied().filter(may_be)
     }
 
     /// What its own law has strike a body, but no plane, while it touches one that was not struck differently
     /// then: sought in images that do not show it by themselves.
-    fn own(&self, own: usize, within: f64) -> impl Iterator<Item = Blow> {
+    fn own(&self, own: usize, within: f64) -> impl Iterator<Item = VelocityJump> {
         let is_by_plane = self.laws[own].law().is_some_and(|law| law.contact.is_some());
-        let has_partner = move |hit: &Blow| {
+        let has_partner = move |hit: &VelocityJump| {
             let may_be = |other: usize| {
                 let known = self.laws[other].at(hit.time, within);
                 other != own
@@ -133,7 +133,10 @@ impl Among<'_> {
             };
             !is_by_plane && (0..self.bodies.len()).any(may_be)
         };
-        self.blows[own].iter().filter(move |hit| has_partner(hit)).map(|hit| Blow { change: None, ..*hit })
+        self.jumps[own]
+            .iter()
+            .filter(move |hit| has_partner(hit))
+            .map(|hit| VelocityJump { change: None, ..*hit })
     }
 
     fn touch(&self, own: usize, other: usize, time: f64) -> bool {
@@ -151,20 +154,20 @@ fn single((_, bodies): &(usize, Vec<BodyPoses>)) -> Option<&BodyPoses> {
 
 /// Sudden changes of velocity by what may be another body: impulses, or impacts on a plane that nothing at
 /// rest shows.
-fn struck(law: &Law) -> Vec<Blow> {
+fn struck(law: &Law) -> Vec<VelocityJump> {
     let is_other = |contact: &Contact| contact.origin == Origin::Fitted && contact.walls.is_empty();
     let events: &[Impact] = if law.contact.as_ref().is_none_or(is_other) { &law.events } else { &[] };
-    blows(law, events).collect()
+    jumps(law, events).collect()
 }
 
 /// Events of a law that are not small beside the largest one.
-fn blows<'a>(law: &'a Law, events: &'a [Impact]) -> impl Iterator<Item = Blow> + 'a {
+fn jumps<'a>(law: &'a Law, events: &'a [Impact]) -> impl Iterator<Item = VelocityJump> + 'a {
     let is_free = matches!(law.coordinates, Coordinates::Point | Coordinates::Rigid(_));
     let change = move |event: &Impact| {
         let of_center = event.change.last_chunk::<3>().copied();
         of_center.filter(|_| is_free).map(DVec3::from)
     };
-    noticeable(events).map(move |event| Blow { time: event.time, change: change(event) })
+    noticeable(events).map(move |event| VelocityJump { time: event.time, change: change(event) })
 }
 
 fn interval(body: &BodyPoses) -> f64 {
