@@ -6,7 +6,7 @@ use super::observed::ObservedPoses;
 use super::rated::Rated;
 use crate::motion::pose::Pose;
 use crate::thresholds::MOST_AFTER_IMPACT;
-use lgs_mechanics::choose::{DESCRIBED, EXPLAINED};
+use lgs_mechanics::choose::DESCRIBED;
 use lgs_mechanics::contact::Origin;
 
 impl Impacted {
@@ -25,15 +25,6 @@ impl Impacted {
     /// Whether points at rest show the plane that the body bounces off.
     pub(super) fn is_on_observed_plane(&self) -> bool {
         self.bounced.law.contact.as_ref().is_some_and(|contact| contact.origin == Origin::Observed)
-    }
-
-    /// Whether it may take the place of the likeliest smooth law. Of impacts that neither a plane at rest nor
-    /// another body shows, a smooth law that describes the motion is simpler, unless they explain the motion
-    /// and it does not: what is left of a kink is followed by a dozen constants, too.
-    pub(super) fn is_admitted(&self, smooth: Option<&Rated>, surroundings: Surroundings<'_>) -> bool {
-        let is_shown = !surroundings.hits.is_empty() || self.is_on_observed_plane();
-        let left = smooth.map_or(f64::INFINITY, Rated::chi_square);
-        is_shown || left > DESCRIBED || (left > EXPLAINED && self.bounced.chi_square <= EXPLAINED)
     }
 
     /// By how much it is likelier than the likeliest smooth law, in units of χ²; nothing if it is not. On a

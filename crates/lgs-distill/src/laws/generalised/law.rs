@@ -116,9 +116,14 @@ fn of_body(
     if let Some(impacted) = impacted.as_ref().filter(|found| found.is_sure()) {
         return through_impacts(impacted, &observed, motion, seed);
     }
-    let admitted = impacted.as_ref().filter(|found| found.is_admitted(chosen.as_ref(), surroundings));
-    let likelier = admitted.and_then(|found| Some((found, found.lead(chosen.as_ref(), &observed)?)));
-    if let Some((impacted, lead)) = likelier {
+    // Of impacts that neither a plane at rest nor another body shows, a smooth law that describes is simpler.
+    let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
+    let is_told = !surroundings.hits.is_empty();
+    let is_admitted = |found: &Impacted| is_told || !is_described || found.is_on_observed_plane();
+    let admitted = impacted.as_ref().filter(|found| is_admitted(found));
+    if let Some((impacted, lead)) =
+        admitted.and_then(|found| Some((found, found.lead(chosen.as_ref(), &observed)?)))
+    {
         let law = through_impacts(impacted, &observed, motion, seed)?;
         let evidence = chosen.map(|smooth| smooth.best().evidence.bettered_by(lead));
         return Some(GeneralisedLaw { evidence, ..law });
