@@ -15,8 +15,8 @@ impl Impacted {
         self.bounced.is_within_noise() && self.is_on_observed_plane()
     }
 
-    /// Whether it leaves nothing that a smooth law is to be sought for: it explains the motion, or describes it
-    /// through hits of which others tell.
+    /// Whether it leaves nothing that a smooth law is to be sought for: it explains the motion, or describes
+    /// it through hits of which others tell.
     pub(super) fn accounts_for_motion(&self, surroundings: Surroundings<'_>) -> bool {
         let is_told = !surroundings.hits.is_empty();
         self.bounced.is_within_noise() || (is_told && self.bounced.chi_square <= DESCRIBED)
@@ -28,8 +28,8 @@ impl Impacted {
     }
 
     /// By how much it is likelier than the likeliest smooth law, in units of χ²; nothing if it is not. On a
-    /// plane that nothing at rest shows, it has to say where the body is after the impact: what stops a body in
-    /// the air may be a hand.
+    /// plane that nothing at rest shows, it has to say where the body is after the impact: what stops a body
+    /// in the air may be a hand.
     pub(super) fn lead(&self, smooth: Option<&Rated>, observed: &ObservedPoses) -> Option<f64> {
         let bounced = &self.bounced;
         if !self.is_on_observed_plane() && bounced.error > MOST_AFTER_IMPACT * bounced.path() {

@@ -112,8 +112,8 @@ impl Rated {
     }
 
     /// The likeliest law that is not fitted with its geometry yet, and may matter once it is, if it gains as
-    /// much as others did. Rivals have a weight in bands, but there is none where no law describes the motion:
-    /// then only what may become the likeliest law matters, or the likeliest in other coordinates.
+    /// much as others did. Rivals have a weight in bands, but there is none where no law describes the
+    /// motion: then only what may become the likeliest law matters, or the likeliest in other coordinates.
     fn due(&self, is_fitted: &[bool], gain: f64) -> Option<usize> {
         let score = |index: usize| self.laws[index].now(self.inflation);
         let hope = |index: usize| score(index) - if is_fitted[index] { 0.0 } else { gain / self.inflation };
