@@ -32,7 +32,7 @@ impl Told {
     pub(super) fn agree_with(&self, law: &Law) -> bool {
         let is_told = |own: VelocityJump| {
             let mut told = self.hits.iter().filter(|hit| hit.is_at(own.time, self.within)).peekable();
-            told.peek().is_none() || told.any(|hit| own.may_be_by(hit))
+            told.peek().is_none() || told.any(|hit| own.can_be_one_hit_with(hit))
         };
         jumps(law, law.impulses()).all(is_told)
     }
@@ -53,7 +53,7 @@ impl VelocityJump {
 
     /// Whether two bodies may have struck each other, by the change of velocity of each: their impulses are
     /// opposite. A body on a joint gets one from there as well, and may have been struck by any.
-    fn may_be_by(&self, other: &Self) -> bool {
+    fn can_be_one_hit_with(&self, other: &Self) -> bool {
         let Some((own, other)) = self.change.zip(other.change) else { return true };
         own.dot(other) <= OPPOSITE * own.length() * other.length()
     }
@@ -77,7 +77,7 @@ impl<'a> Telling<'a> {
 
     /// What strikes the object at a time, another body or a plane.
     fn at(self, time: f64, within: f64) -> Option<VelocityJump> {
-        let of = |law: &Law| jumps(law, &law.events).find(|blow| blow.is_at(time, within));
+        let of = |law: &Law| jumps(law, &law.events).find(|jump| jump.is_at(time, within));
         self.shown.and_then(of).or_else(|| self.own.and_then(of))
     }
 }
@@ -103,7 +103,7 @@ impl Among<'_> {
         let within = SAME_HIT * interval(body);
         let others = (0..self.bodies.len()).filter(|other| *other != own);
         let mut hits: Vec<VelocityJump> = others.flat_map(|other| self.told_by(other, own, within)).collect();
-        hits.extend(self.own(own));
+        hits.extend(self.own_hits(own));
         hits.sort_by(|a, b| a.time.total_cmp(&b.time));
         let shown: &[Impact] = self.laws[own].shown.map_or(&[], Law::impulses);
         let known: Vec<f64> = shown.iter().map(|event| event.time).chain(body.hits.iter().copied()).collect();
@@ -115,14 +115,14 @@ impl Among<'_> {
     fn told_by(&self, other: usize, own: usize, within: f64) -> impl Iterator<Item = VelocityJump> {
         let may_be = move |hit: &VelocityJump| {
             let known = self.laws[own].at(hit.time, within);
-            self.touch(own, other, hit.time) && known.is_none_or(|known| known.may_be_by(hit))
+            self.touch(own, other, hit.time) && known.is_none_or(|known| known.can_be_one_hit_with(hit))
         };
         self.jumps[other].iter().copied().filter(may_be)
     }
 
     /// What its own law has strike a body, but no plane, where another one is near: sought in images that do
     /// not show it by themselves.
-    fn own(&self, own: usize) -> impl Iterator<Item = VelocityJump> {
+    fn own_hits(&self, own: usize) -> impl Iterator<Item = VelocityJump> {
         let is_by_plane = self.laws[own].law().is_some_and(|law| law.contact.is_some());
         let touches_any =
             move |time: f64| (0..self.bodies.len()).any(|other| other != own && self.touch(own, other, time));
@@ -239,10 +239,8 @@ mod tests {
         let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0)];
         let [up, along] = [law_with(0.4, [0.0, 0.0, 2.0]), law_with(0.4, [1.0, 0.0, 0.0])];
         let none = Telling::default();
-        let [_, of_shadow] = &hits_by_others(&bodies, &[shown(&up), shown(&along)])[..] else {
-            panic!("two")
-        };
-        assert_eq!(of_shadow.hits, [VelocityJump { time: 0.4, change: None }], "its own alone");
+        let hits = hits_by_others(&bodies, &[shown(&up), shown(&along)]);
+        assert_eq!(hits[1].hits, [VelocityJump { time: 0.4, change: None }], "its own alone");
         // A law that was found through a hit has to have the opposite impulse, too.
         let hits = hits_by_others(&bodies, &[shown(&up), none]);
         assert!(!hits[1].agree_with(&along) && hits[1].agree_with(&law_with(0.41, [0.1, 0.0, -1.0])));

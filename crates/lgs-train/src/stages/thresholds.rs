@@ -89,7 +89,8 @@ pub(super) const TOUCHES: f64 = 2.0;
 /// Times that are one hit differ by at most so many intervals between images.
 pub(super) const SAME_HIT: f64 = 2.0;
 /// Cosine between the changes of velocity of two bodies up to which they may have struck each other: their
-/// impulses are opposite, and laws tell their directions to some ten degrees.
+/// impulses are opposite, laws from images tell that to a degree or two (measured for four hits), and what
+/// carries a body may take a part of its own. Half-way to the right angle, beyond which nothing is opposite.
 pub(super) const OPPOSITE: f64 = -0.7;
 /// Rounds in which hits of one body tell of those of others: of three in a row, the first comes last.
 pub(super) const ROUNDS_OF_HITS: usize = 3;
