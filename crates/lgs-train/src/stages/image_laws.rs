@@ -66,7 +66,7 @@ pub(super) fn with_laws_of_images(
 fn offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], choice: LawChoice<'_>) -> Vec<Offer> {
     let offer =
         |(index, bodies): &ObjectPoses| Offer::new((scene, *index), bodies.clone(), choice.of_object(*index));
-    let offers: Vec<Offer> = bodies.par_iter().map(offer).collect();
+    let offers = first_offers(scene, bodies, &offer);
     let offers = with_hits((scene, offers), bodies, &offer);
     let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
         offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
@@ -77,28 +77,38 @@ fn offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], choice: LawChoice
 /// Index of an object, and the poses of its bodies as images show them.
 type ObjectPoses = (usize, Vec<BodyPoses>);
 
+/// What the poses of bodies offer by themselves: a law of all their times.
+type OfBodies<'a> = &'a (dyn Fn(&ObjectPoses) -> Offer + Sync);
+
+/// What bodies offer where only the laws of the scene tell of hits. A law through these comes first: it takes
+/// less time than to find that no law describes the motion without them.
+fn first_offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], offer: OfBodies<'_>) -> Vec<Offer> {
+    let own = |(object, _): &ObjectPoses| own_law(&scene.objects[*object]).map(|own| &own.law);
+    let laws: Vec<Telling<'_>> = bodies.iter().map(|body| Telling { shown: None, own: own(body) }).collect();
+    let told = hits_by_others(bodies, &laws);
+    let without_hits = |(object, bodies): &ObjectPoses| {
+        let bodies = bodies.iter().map(|body| BodyPoses { hits: Vec::new(), ..body.clone() });
+        offer(&(*object, bodies.collect()))
+    };
+    let through = through_hits(bodies, &told, offer);
+    let first =
+        |(through, body): (Option<Offer>, &ObjectPoses)| through.unwrap_or_else(|| without_hits(body));
+    through.into_par_iter().zip(&*bodies).map(first).collect()
+}
+
 /// What bodies offer where others that they touch were struck, as far as the laws of these say so: a law
 /// through hits at these times, if there is one. What is found tells of hits of others in turn.
 fn with_hits(
     (scene, mut offers): (&LagrangianScene, Vec<Offer>),
     bodies: &mut [ObjectPoses],
-    offer: &(dyn Fn(&ObjectPoses) -> Offer + Sync),
+    offer: OfBodies<'_>,
 ) -> Vec<Offer> {
     for _ in 0..ROUNDS_OF_HITS {
         let own = |object: usize| own_law(&scene.objects[object]).map(|own| &own.law);
         let telling = |offer| Telling { shown: Offer::law_of_window(offer), own: own(offer.object) };
         let laws: Vec<Telling<'_>> = offers.iter().map(telling).collect();
         let told = hits_by_others(bodies, &laws);
-        for ((_, bodies), told) in bodies.iter_mut().zip(&told) {
-            let times = told.times();
-            bodies.iter_mut().filter(|_| !times.is_empty()).for_each(|body| body.hits.clone_from(&times));
-        }
-        let through_hits = |(body, told): (&ObjectPoses, &Told)| {
-            let obeys = |law: &Law| is_struck(law) && told.agree_with(law);
-            let found = (!told.are_known).then(|| offer(body));
-            found.filter(|offer| offer.law_of_window().is_some_and(obeys))
-        };
-        let found: Vec<Option<Offer>> = bodies.par_iter().zip(&told).map(through_hits).collect();
+        let found = through_hits(bodies, &told, offer);
         if found.iter().all(Option::is_none) {
             break;
         }
@@ -106,6 +116,21 @@ fn with_hits(
         offers = offers.into_iter().zip(found).map(hit).collect();
     }
     offers
+}
+
+/// The laws of bodies through hits of which they have been told and did not know, where these agree with what
+/// was told. The bodies are given the hits.
+fn through_hits(bodies: &mut [ObjectPoses], told: &[Told], offer: OfBodies<'_>) -> Vec<Option<Offer>> {
+    for ((_, bodies), told) in bodies.iter_mut().zip(told) {
+        let times = told.times();
+        bodies.iter_mut().filter(|_| !times.is_empty()).for_each(|body| body.hits.clone_from(&times));
+    }
+    let through = |(body, told): (&ObjectPoses, &Told)| {
+        let obeys = |law: &Law| is_struck(law) && told.agree_with(law);
+        let found = (!told.are_known).then(|| offer(body));
+        found.filter(|offer| offer.law_of_window().is_some_and(obeys))
+    };
+    bodies.par_iter().zip(told).map(through).collect()
 }
 
 /// A scene and how well it draws some frames.
