@@ -204,6 +204,8 @@ pub(crate) const TRACKED_FRACTION: f32 = 0.6;
 /// Radius of the ball around a track's start whose Gaussians follow it, in radii of the track: its own, and a
 /// tenth for Gaussians that reach beyond it.
 pub(crate) const GUIDED_RADII: f32 = 1.1;
+/// The same of a ball whose radius its texture has told to about a hundredth: what lies near it does not turn.
+pub(crate) const TURNED_RADII: f32 = 1.02;
 
 /// Fewest first Gaussians of a thing in flight: the corners of a cube.
 pub(crate) const FEWEST_OF_THING: usize = 8;

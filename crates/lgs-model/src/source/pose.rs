@@ -42,7 +42,7 @@ fn half_angle(squared: f32) -> (f32, f32, f32) {
 }
 
 /// The quaternion of a rotation vector.
-fn quat_exp(w: [f32; 3]) -> [f32; 4] {
+pub(super) fn quat_exp(w: [f32; 3]) -> [f32; 4] {
     let (cos, s, _) = half_angle(dot(w, w));
     [cos, s * w[0], s * w[1], s * w[2]]
 }

@@ -9,7 +9,7 @@ use lgs_model::source::{CarriedMotion, CarryingPath, SourceMotion};
 use super::config::SourceConfig;
 use super::config_groups::GuideConfig;
 use crate::data_summary::DataSummary;
-use crate::thresholds::{FEWEST_OF_THING, GUIDED_RADII, SHARE_OF_PIXELS};
+use crate::thresholds::{FEWEST_OF_THING, GUIDED_RADII, SHARE_OF_PIXELS, TURNED_RADII};
 use crate::tracks::{Track, find_flights};
 
 /// The paths of things in flight that were followed from the first moment on, if the set shows its moments in
@@ -31,17 +31,26 @@ fn first_time(dataset: &Dataset) -> f32 {
     dataset.split("train").iter().map(|frame| frame.time).fold(f32::INFINITY, f32::min)
 }
 
-/// A motion with the Gaussians of things carried along their paths.
-pub(super) fn carried(motion: Box<dyn SourceMotion>, things: &[Track]) -> Box<dyn SourceMotion> {
-    let path = |thing: &Track| {
-        let places = thing.places().to_vec();
-        let flights = thing.flights.iter().map(|flight| flight.times).collect();
-        CarryingPath { places, flights, reach: GUIDED_RADII * thing.radius }
-    };
-    match things {
-        [] => motion,
-        _ => Box::new(CarriedMotion::new(motion, things.iter().map(path).collect())),
-    }
+/// A motion with the Gaussians of things in flight carried along their paths, and those of balls whose texture
+/// tells their spin turned on these as well.
+pub(super) fn carried(
+    motion: Box<dyn SourceMotion>,
+    (things, tracks): (&[Track], &[Track]),
+) -> Box<dyn SourceMotion> {
+    let flying = things.iter().map(|thing| CarryingPath {
+        places: thing.places(),
+        flights: thing.flights.iter().map(|flight| flight.times).collect(),
+        reach: GUIDED_RADII * thing.radius,
+        spin: [0.0; 3],
+    });
+    // Nobody handles what turns at a constant rate, so all of its path is a free flight.
+    let turning = tracks.iter().filter_map(|track| {
+        let (first, last) = track.span();
+        let (places, reach) = (track.places(), TURNED_RADII * track.radius);
+        Some(CarryingPath { places, flights: vec![[first, last]], reach, spin: track.spin? })
+    });
+    let paths: Vec<CarryingPath> = flying.chain(turning).collect();
+    if paths.is_empty() { motion } else { Box::new(CarriedMotion::new(motion, paths)) }
 }
 
 /// Points on the surfaces of things at the first moment, with the colours that the cameras see there: as many

@@ -76,7 +76,7 @@ impl<'a> SourceTrainer<'a> {
         let order = FrameOrder::new(frames, &config, seed);
         let captured = Captured { frame, time_window: order.span().1, seed };
         let moved = config.kind.motion(&config.motion(), captured);
-        let motion = carried(moved.ok_or(TrainError::NotTrained(config.kind))?, &things);
+        let motion = carried(moved.ok_or(TrainError::NotTrained(config.kind))?, (&things, guide.tracks()));
         let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
         let shading = ShadingSchedule::new(&config, order.span().into());
         let times = shading.as_ref().map_or(0, ShadingSchedule::columns);

@@ -71,14 +71,10 @@ impl Track {
         self.path.span()
     }
 
-    /// Times, ascending, and places at these, world units, of a thing that was found in flight; none of
-    /// others.
+    /// Times, ascending, and places at these, world units, between which the path is about straight.
     #[must_use]
-    pub fn places(&self) -> &[(f32, [f32; 3])] {
-        match &self.path {
-            Path::Curve(_) => &[],
-            Path::Places(places) => places,
-        }
+    pub fn places(&self) -> Vec<(f32, [f32; 3])> {
+        self.path.places()
     }
 
     /// How far the thing has turned after a time, if its texture told.

@@ -4,6 +4,7 @@
 use lgs_model::source::place_at;
 
 use super::curve::Curve;
+use super::thresholds::CURVE_PLACES;
 
 /// The path of a thing.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,16 @@ impl Path {
         match self {
             Self::Curve(curve) => curve.at(time),
             Self::Places(places) => place_at(places, time),
+        }
+    }
+
+    /// Times, ascending, and places at these, world units, between which the path is about straight.
+    pub(super) fn places(&self) -> Vec<(f32, [f32; 3])> {
+        let (first, last) = self.span();
+        let time = |i: usize| first + (last - first) * i as f32 / (CURVE_PLACES - 1) as f32;
+        match self {
+            Self::Curve(curve) => (0..CURVE_PLACES).map(|i| (time(i), curve.at(time(i)))).collect(),
+            Self::Places(places) => places.clone(),
         }
     }
 }

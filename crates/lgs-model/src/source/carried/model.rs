@@ -1,9 +1,8 @@
 //! A trained model some of whose Gaussians paths carry, and its part of a file.
 
 use lgs_core::GaussianCloud;
-use lgs_core::linear::add;
 
-use super::path::CarryingPath;
+use super::path::{Carried, CarryingPath};
 use crate::source::kind::SourceKind;
 use crate::source::model::SourceModel;
 use crate::tensor_file::{TensorFile, TensorFileError};
@@ -16,6 +15,8 @@ const PLACES: &str = "carried.places";
 const PATHS: &str = "carried.paths";
 /// Name of the free flights: number of the path, from 0, first and last time.
 const FLIGHTS: &str = "carried.flights";
+/// Name of the angular velocities of what turns: number of the path, from 0, then the vector.
+const SPINS: &str = "carried.spins";
 /// Name of the number of the path that carries each Gaussian, from 1; 0: none does.
 const OWNERS: &str = "carried.owners";
 
@@ -52,13 +53,10 @@ impl CarriedSource {
         Ok(Box::new(Self { moved, paths, owners }))
     }
 
-    fn shift(&self, positions: &mut [[f32; 3]], time: f32) {
-        let shifts: Vec<[f32; 3]> = self.paths.iter().map(|path| path.displacement(time)).collect();
-        for (position, &owner) in positions.iter_mut().zip(&self.owners) {
-            if owner > 0 {
-                *position = add(*position, shifts[owner as usize - 1]);
-            }
-        }
+    /// What the path that carries each Gaussian, if one does, does to it by a time.
+    fn carried_by(&self, time: f32) -> impl Iterator<Item = Option<Carried>> {
+        let carried: Vec<Carried> = self.paths.iter().map(|path| path.carried(time)).collect();
+        self.owners.iter().map(move |&owner| (owner > 0).then(|| carried[owner as usize - 1]))
     }
 }
 
@@ -72,7 +70,7 @@ fn read_paths(file: &TensorFile) -> Result<Vec<CarryingPath>, TensorFileError> {
     }
     for ((&time, &[x, y, z, reach]), &number) in times.iter().zip(&places).zip(numbers) {
         if number as usize == paths.len() {
-            paths.push(CarryingPath { places: Vec::new(), flights: Vec::new(), reach });
+            paths.push(CarryingPath { places: Vec::new(), flights: Vec::new(), reach, spin: [0.0; 3] });
         }
         let count = paths.len();
         match paths.last_mut() {
@@ -89,6 +87,12 @@ fn read_paths(file: &TensorFile) -> Result<Vec<CarryingPath>, TensorFileError> {
             _ => return Err(file.field(FLIGHTS, "flights of paths", format!("{number}, {first} to {last}"))),
         }
     }
+    // Files from before things could turn have no such array.
+    let spins = if file.names().any(|name| name == SPINS) { file.rows::<4>(SPINS)? } else { Vec::new() };
+    for [number, x, y, z] in spins {
+        let path = paths.get_mut(number as usize);
+        path.ok_or_else(|| file.field(SPINS, "numbers of paths", number.to_string()))?.spin = [x, y, z];
+    }
     Ok(paths)
 }
 
@@ -103,13 +107,20 @@ impl SourceModel for CarriedSource {
 
     fn cloud_at(&self, time: f32) -> GaussianCloud {
         let mut cloud = self.moved.cloud_at(time);
-        self.shift(&mut cloud.means, time);
+        let poses = cloud.means.iter_mut().zip(&mut cloud.rotations);
+        for ((mean, rotation), carried) in poses.zip(self.carried_by(time)) {
+            if let Some(carried) = carried {
+                (*mean, *rotation) = (carried.center(*mean), carried.rotation(*rotation));
+            }
+        }
         cloud
     }
 
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         let mut positions = self.moved.positions_at(time);
-        self.shift(&mut positions, time);
+        for (position, carried) in positions.iter_mut().zip(self.carried_by(time)) {
+            *position = carried.map_or(*position, |carried| carried.center(*position));
+        }
         positions
     }
 
@@ -148,10 +159,16 @@ impl SourceModel for CarriedSource {
         file.insert(TIMES, &[times.len()], &times);
         file.insert(PLACES, &[times.len(), 4], &places);
         let numbered = (0_u16..).zip(&self.paths);
+        let turning = numbered.clone().filter(|(_, path)| path.spin != [0.0; 3]);
+        let spins: Vec<[f32; 4]> =
+            turning.map(|(i, path)| [f32::from(i), path.spin[0], path.spin[1], path.spin[2]]).collect();
         let flights: Vec<[f32; 3]> = numbered
             .flat_map(|(number, path)| path.flights.iter().map(move |&[a, b]| [f32::from(number), a, b]))
             .collect();
         file.insert(FLIGHTS, &[flights.len(), 3], flights.as_flattened());
+        if !spins.is_empty() {
+            file.insert(SPINS, &[spins.len(), 4], spins.as_flattened());
+        }
         file.insert_indices(PATHS, &[numbers.len()], &numbers);
         file.insert_indices(OWNERS, &[self.owners.len()], &self.owners);
         file

@@ -29,8 +29,8 @@ impl CarriedMotion {
         &*self.moved
     }
 
-    /// The shifts `[n, DELTAS]` of pose rows at a time.
-    fn shifts(&self, means: &Tensor<2>, time: f32) -> Tensor<2> {
+    /// Pose rows `[n, DELTAS]` carried to a time, given the canonical centres `[n, 3]`.
+    fn carried(&self, poses: &Tensor<2>, means: &Tensor<2>, time: f32) -> Tensor<2> {
         let device = means.device();
         let row = |values: &[f32]| Tensor::<1>::from_floats(values, &device).reshape([1, values.len()]);
         let away = |path: &CarryingPath| {
@@ -39,14 +39,14 @@ impl CarriedMotion {
         };
         let (nearest, owner) = Tensor::cat(self.paths.iter().map(away).collect(), 1).min_dim_with_indices(1);
         let is_carried = nearest.lower_elem(1.0);
-        let mut shifts = Tensor::zeros([means.dims()[0], DELTAS], &device);
+        let mut carried = poses.clone();
         for (number, path) in (0..).zip(&self.paths) {
             let own = owner.clone().equal_elem(number).bool_and(is_carried.clone()).float();
-            let mut shift = [0.0; DELTAS];
-            shift[..3].copy_from_slice(&path.displacement(time));
-            shifts = shifts + own * row(&shift);
+            let (matrix, added) = path.carried(time).of_rows();
+            let matrix = row(matrix.as_flattened()).reshape([DELTAS, DELTAS]);
+            carried = carried + own * (poses.clone().matmul(matrix) + row(&added) - poses.clone());
         }
-        shifts
+        carried
     }
 }
 
@@ -68,8 +68,8 @@ impl SourceMotion for CarriedMotion {
     }
 
     fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
-        let shifts = self.shifts(&canonical.means.clone().detach(), at.time);
-        self.moved.poses(network, canonical, at) + shifts
+        let means = canonical.means.clone().detach();
+        self.carried(&self.moved.poses(network, canonical, at), &means, at.time)
     }
 
     fn prior(&self, network: &Tensor<1>, canonical: &Canonical, at: Moment) -> Option<Tensor<1>> {

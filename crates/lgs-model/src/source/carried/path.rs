@@ -1,6 +1,9 @@
 //! Paths that carry Gaussians, and whom they carry.
 
-use lgs_core::linear::{add, norm, scale, sub};
+use lgs_core::linear::{add, mat_vec, matrix_from_quat, norm, quat_mul, scale, sub};
+
+use crate::source::config::DELTAS;
+use crate::source::pose::quat_exp;
 
 /// A path of a thing from the first moment on.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +14,19 @@ pub struct CarryingPath {
     pub flights: Vec<[f32; 2]>,
     /// Radius of the ball around the first place whose Gaussians it carries, world units.
     pub reach: f32,
+    /// Angular velocity at which it turns what it carries about the place, world axes, radians per unit of
+    /// time from the first place to the last.
+    pub spin: [f32; 3],
+}
+
+/// What a path does to Gaussians by a time: `x ↦ c + R (x − c₀)`, `q ↦ R ⊗ q`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Carried {
+    /// Quaternion of R.
+    turn: [f32; 4],
+    /// c₀ and c, world units.
+    from: [f32; 3],
+    to: [f32; 3],
 }
 
 impl CarryingPath {
@@ -18,10 +34,39 @@ impl CarryingPath {
         self.places.first().map_or([0.0; 3], |place| place.1)
     }
 
-    /// The way from the first place by a time.
-    #[must_use]
-    pub fn displacement(&self, time: f32) -> [f32; 3] {
-        sub(place_at(&self.places, time), self.start())
+    /// What it does to Gaussians by a time.
+    pub(super) fn carried(&self, time: f32) -> Carried {
+        let [first, last] = [self.places.first(), self.places.last()].map(|place| place.map_or(0.0, |p| p.0));
+        let turned = scale(self.spin, time.clamp(first, last) - first);
+        Carried { turn: quat_exp(turned), from: self.start(), to: place_at(&self.places, time) }
+    }
+}
+
+impl Carried {
+    /// A centre.
+    pub(super) fn center(&self, x: [f32; 3]) -> [f32; 3] {
+        add(self.to, mat_vec(&matrix_from_quat(self.turn), sub(x, self.from)))
+    }
+
+    /// An orientation.
+    pub(super) fn rotation(&self, q: [f32; 4]) -> [f32; 4] {
+        quat_mul(self.turn, q)
+    }
+
+    /// The same of pose rows `[x, q, Δs]`, as rows from the right: a matrix, and what is added.
+    pub(super) fn of_rows(&self) -> ([[f32; DELTAS]; DELTAS], [f32; DELTAS]) {
+        let (turn, mut matrix, mut added) =
+            (matrix_from_quat(self.turn), [[0.0; DELTAS]; DELTAS], [0.0; DELTAS]);
+        for i in 0..3 {
+            (0..3).for_each(|j| matrix[i][j] = turn[j][i]);
+            matrix[7 + i][7 + i] = 1.0;
+        }
+        for i in 0..4 {
+            let unit = std::array::from_fn(|j| f32::from(u8::from(i == j)));
+            matrix[3 + i][3..7].copy_from_slice(&self.rotation(unit));
+        }
+        added[..3].copy_from_slice(&self.center([0.0; 3]));
+        (matrix, added)
     }
 }
 

@@ -1,3 +1,5 @@
+use std::f32::consts::FRAC_PI_2;
+
 use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::GaussianCloud;
 use lgs_core::linear::{norm, sub};
@@ -11,32 +13,37 @@ use crate::source::motion::{Canonical, Captured, Learned, Moment, MotionConfig, 
 
 fn path() -> CarryingPath {
     let places = vec![(0.0, [0.0; 3]), (0.1, [1.0, 0.0, 0.0]), (0.2, [1.0, 2.0, 0.0])];
-    CarryingPath { places, flights: vec![[0.0, 0.1]], reach: 0.3 }
+    CarryingPath { places, flights: vec![[0.0, 0.1]], reach: 0.3, spin: [0.0; 3] }
 }
 
-/// Two Gaussians in the ball of the path, and one elsewhere, at constant velocities.
+/// The same path, and one about the third Gaussian that turns a quarter about z in 0.15.
+fn paths() -> Vec<CarryingPath> {
+    let places = vec![(0.0, [1.0, 2.0, 0.5]), (0.2, [1.0, 2.0, 2.5])];
+    let spin = [0.0, 0.0, FRAC_PI_2 / 0.15];
+    vec![path(), CarryingPath { places, flights: vec![[0.0, 0.2]], reach: 0.6, spin }]
+}
+
+/// Two Gaussians in the ball of the first path, one in that of the second and one elsewhere, at constant
+/// velocities.
 fn motion() -> (CarriedMotion, Learned) {
     let deformation = DeformationConfig::quick();
     let config = MotionConfig { deformation: &deformation, velocity: None, advection: None, nodes: None };
     let captured = Captured { frame: InputFrame::IDENTITY, time_window: 0.4, seed: 1 };
     let moved = SourceKind::Linear.motion(&config, captured).expect("a kind that is trained");
-    let means = vec![[0.1, 0.0, 0.0], [0.0, -0.1, 0.2], [1.0, 2.0, 0.0]];
+    let means = vec![[0.1, 0.0, 0.0], [0.0, -0.1, 0.2], [1.0, 2.0, 0.0], [5.0, 0.0, 0.0]];
     let cloud = GaussianCloud::isotropic(means, 0.1, [0.5; 3], 0.9);
-    let parameters = (0..12).map(|i| 0.1 * i as f32).collect();
-    (CarriedMotion::new(moved, vec![path()]), Learned { cloud, features: Vec::new(), parameters })
+    let parameters = (0..24).map(|i| 0.1 * i as f32).collect();
+    (CarriedMotion::new(moved, paths()), Learned { cloud, features: Vec::new(), parameters })
 }
 
 #[test]
 fn a_path_is_followed_evenly_and_left_at_its_end() {
-    let near = |a: [f32; 3], b: [f32; 3]| norm(sub(a, b)) < 1e-5;
-    assert!(
-        near(path().displacement(0.05), [0.5, 0.0, 0.0]) && near(path().displacement(0.15), [1.0, 1.0, 0.0])
-    );
-    assert!(near(path().displacement(0.0), [0.0; 3]) && near(path().displacement(0.9), [1.0, 2.0, 0.0]));
-    assert_eq!(
-        CarryingPath { places: Vec::new(), flights: Vec::new(), reach: 1.0 }.displacement(0.3),
-        [0.0; 3]
-    );
+    let carries = |path: CarryingPath, time: f32, to: [f32; 3]| {
+        norm(sub(path.carried(time).center([0.0; 3]), to)) < 1e-5
+    };
+    assert!(carries(path(), 0.05, [0.5, 0.0, 0.0]) && carries(path(), 0.15, [1.0, 1.0, 0.0]));
+    assert!(carries(path(), 0.0, [0.0; 3]) && carries(path(), 0.9, [1.0, 2.0, 0.0]));
+    assert!(carries(CarryingPath { places: Vec::new(), ..path() }, 0.3, [0.0; 3]));
 }
 
 #[test]
@@ -56,13 +63,22 @@ fn training_and_model_carry_the_same_gaussians_and_no_others() {
     let model = motion.model(learned.clone());
     let alone = motion.moved().model(learned);
     let (carried, own) = (model.positions_at(0.15), alone.positions_at(0.15));
+    let cloud = model.cloud_at(0.15);
     for (i, pose) in poses.chunks_exact(DELTAS).enumerate() {
         assert!((0..3).all(|c| (pose[c] - carried[i][c]).abs() < 1e-5), "{i}");
-        let shift = if i < 2 { [1.0, 1.0, 0.0] } else { [0.0; 3] };
-        assert!((0..3).all(|c| (carried[i][c] - own[i][c] - shift[c]).abs() < 1e-5), "{i}");
+        assert!((0..4).all(|c| (pose[3 + c] - cloud.rotations[i][c]).abs() < 1e-5), "{i}");
+        let [x, y, z] = own[i];
+        let expected = match i {
+            0 | 1 => [x + 1.0, y + 1.0, z],
+            2 => [1.0 - (y - 2.0), 2.0 + (x - 1.0), z + 1.5],
+            _ => own[i],
+        };
+        assert!((0..3).all(|c| (carried[i][c] - expected[c]).abs() < 1e-5), "{i}");
     }
-    assert_eq!(model.carried(), [1, 1, 0]);
-    assert_eq!(model.cloud_at(0.15).means, carried);
+    let [w, x, y, z] = cloud.rotations[2];
+    assert!([w - z, x, y].iter().all(|off| off.abs() < 1e-5) && w > 0.7, "a quarter turn about z");
+    assert_eq!(model.carried(), [1, 1, 2, 0]);
+    assert_eq!(cloud.means, carried);
 }
 
 #[test]
@@ -81,14 +97,16 @@ fn files_round_trip_and_defects_are_named() {
         file.save(&path).expect("save");
         load_source(&path).err().expect("a defect").to_string()
     };
-    let text = refused(&|file| file.insert_indices("carried.owners", &[3], &[0, 2, 0]));
+    let text = refused(&|file| file.insert_indices("carried.owners", &[4], &[0, 3, 0, 0]));
     assert!(text.contains("`carried.owners`") && text.contains("source.safetensors"), "{text}");
-    let text = refused(&|file| file.insert_indices("carried.paths", &[3], &[0, 2, 2]));
+    let text = refused(&|file| file.insert_indices("carried.paths", &[5], &[0, 2, 2, 2, 2]));
     assert!(text.contains("`carried.paths`"), "{text}");
     let text = refused(&|file| file.insert("carried.flights", &[1, 3], &[1.0, 0.0, 0.1]));
     assert!(text.contains("`carried.flights`"), "{text}");
-    let text = refused(&|file| file.insert("carried.times", &[3], &[0.0, 0.2, 0.1]));
+    let text = refused(&|file| file.insert("carried.times", &[5], &[0.0, 0.2, 0.1, 0.0, 0.2]));
     assert!(text.contains("`carried.times`"), "{text}");
+    let text = refused(&|file| file.insert("carried.spins", &[1, 4], &[2.0, 0.0, 0.0, 1.0]));
+    assert!(text.contains("`carried.spins`"), "{text}");
     let text = refused(&|file| file.insert("carried.times", &[2], &[0.0, 0.1]));
     assert!(text.contains("`carried.places`"), "{text}");
 }
