@@ -32,7 +32,7 @@ fn motion() -> (CarriedMotion, Learned) {
     let moved = SourceKind::Linear.motion(&config, captured).expect("a kind that is trained");
     let means = vec![[0.1, 0.0, 0.0], [0.0, -0.1, 0.2], [1.0, 2.0, 0.0], [5.0, 0.0, 0.0]];
     let cloud = GaussianCloud::isotropic(means, 0.1, [0.5; 3], 0.9);
-    let parameters = (0..24).map(|i| 0.1 * i as f32).collect();
+    let parameters = (0..12).map(|i| 0.1 * i as f32).collect();
     (CarriedMotion::new(moved, paths()), Learned { cloud, features: Vec::new(), parameters })
 }
 
@@ -101,7 +101,7 @@ fn files_round_trip_and_defects_are_named() {
     assert!(text.contains("`carried.owners`") && text.contains("source.safetensors"), "{text}");
     let text = refused(&|file| file.insert_indices("carried.paths", &[5], &[0, 2, 2, 2, 2]));
     assert!(text.contains("`carried.paths`"), "{text}");
-    let text = refused(&|file| file.insert("carried.flights", &[1, 3], &[1.0, 0.0, 0.1]));
+    let text = refused(&|file| file.insert("carried.flights", &[1, 3], &[2.0, 0.0, 0.1]));
     assert!(text.contains("`carried.flights`"), "{text}");
     let text = refused(&|file| file.insert("carried.times", &[5], &[0.0, 0.2, 0.1, 0.0, 0.2]));
     assert!(text.contains("`carried.times`"), "{text}");
