@@ -17,7 +17,7 @@ mod thresholds;
 
 pub use scene::{
     Continuation, Dynamics, GeneralisedDynamics, ObjectContact, ObjectFields, PartDynamics, ParticleDynamics,
-    Recording,
+    Projection, Recording, Shadow,
 };
 pub use scene::{LagrangianScene, Motion, MotionConfig, ObjectModel, SceneError, SceneState, mapped_shape};
 pub use scene::{insert_cloud, load_scene, read_cloud, save_scene, scene_from_tensors, scene_to_tensors};

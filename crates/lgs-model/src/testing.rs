@@ -27,6 +27,7 @@ pub fn particles(
         velocities,
         objects: vec![ObjectModel { members, recording: None, dynamics: Dynamics::Particles(particles) }],
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],

@@ -77,6 +77,11 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
         law.contact.as_ref().map(collision),
         (!law.impulses.is_empty()).then(|| struck(&law.impulses)),
         law.hits.as_ref().map(hits),
+        law.shadow_of.map(|caster| {
+            format!(
+                "It is the shadow of object {caster}, and goes on with it after the window and under edits."
+            )
+        }),
         law.forecast_error.map(|e| {
             format!("Forecasts inside the window are off by {} of the displacement.", percent(e, 2))
         }),

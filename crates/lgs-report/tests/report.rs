@@ -41,6 +41,7 @@ fn scene(blocks: usize) -> LagrangianScene {
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt: 0.05, time_window: 0.75 },
         background: [1.0; 3],

@@ -174,6 +174,7 @@ mod tests {
             dynamic_gaussians: GaussianCloud::isotropic(means, 1e-3, [0.5; 3], 0.9),
             objects: vec![object(0), object(1)],
             contact: None,
+            shadows: Vec::new(),
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

@@ -30,6 +30,7 @@ mod preset;
 mod resolve;
 mod run_folder;
 pub mod schedule;
+mod shadows;
 pub mod source;
 pub mod stages;
 mod thresholds;

@@ -204,10 +204,33 @@ pub(crate) const TRACKED_FRACTION: f32 = 0.6;
 /// Radius of the ball around a track's start whose Gaussians follow it, in radii of the track: its own, and a
 /// tenth for Gaussians that reach beyond it.
 pub(crate) const GUIDED_RADII: f32 = 1.1;
-/// The same of a ball whose radius its texture has told to about a hundredth: what lies near it does not turn.
-pub(crate) const TURNED_RADII: f32 = 1.02;
 
 /// Fewest first Gaussians of a thing in flight: the corners of a cube.
 pub(crate) const FEWEST_OF_THING: usize = 8;
 /// Gaussians for every pixel of its surface where there is no budget: the one that presets take.
 pub(crate) const SHARE_OF_PIXELS: f32 = 0.25;
+
+// Shadows (method §5.10)
+
+/// Times at which motions are compared, evenly over the window: those of a common capture.
+pub(crate) const SAMPLES_OF_SHADOW: usize = 33;
+/// Thickness of what is flat, all places that it comes to included, and of a layer of points at rest, in the
+/// extent of what moves (root mean square): a sphere has 0.6, a cube as much.
+pub(crate) const FLAT: f64 = 0.25;
+/// Distance from a path within which points at rest may be of the surface that carries it, in the extent of
+/// what moves on it: a disc, and as much around it.
+pub(crate) const BY_PATH: f64 = 3.0;
+/// Error of a shadow's path, in what the path strays from its mean: that of tracks of trained Gaussians.
+pub(crate) const SHADOW_ERROR: f64 = 0.05;
+/// How much nearer a shadow has to be to a path than the even motion nearest to it: what moves evenly is any
+/// body's shadow in some light.
+pub(crate) const SHADOW_GAIN: f64 = 3.0;
+/// Weight of a shadow's middle being where the middle of its caster is cast: it decides the slope of the light
+/// only where heights do not.
+pub(crate) const SHADOW_CENTER: f64 = 0.01;
+/// Height of the lowest lamp that is tried, in that of the highest place of the caster.
+pub(crate) const LOWEST_LAMP: f64 = 1.1;
+/// Lamps that are tried, evenly in one over their height.
+pub(crate) const LAMPS: usize = 64;
+/// Error of a lamp, in that of the best sun, at which it is taken: less light explains less by chance.
+pub(crate) const LAMP_GAIN: f64 = 0.5;

@@ -53,6 +53,7 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
             }),
         }],
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt: 0.02, time_window: 0.4 },
         background: [1.0; 3],

@@ -19,14 +19,18 @@ pub(super) fn laws_of(run: &Run) -> Result<Vec<Option<ObjectLaw>>> {
     if reports.len() != run.scene.objects.len() {
         reports.clear();
     }
-    let law = |(index, object)| {
-        let law = law_of(object, reports.get(index), window);
-        Some(match &run.scene.contact {
+    let of_itself = |index: usize| {
+        let law = law_of(&run.scene.objects[index], reports.get(index), window);
+        match &run.scene.contact {
             Some(contact) => law.with_hits(contact, index),
             None => law,
-        })
+        }
     };
-    Ok(run.scene.objects.iter().enumerate().map(law).collect())
+    let law = |index| match run.scene.caster_of(index) {
+        Some(caster) => of_itself(caster).of_shadow(caster),
+        None => of_itself(index),
+    };
+    Ok((0..run.scene.objects.len()).map(|index| Some(law(index))).collect())
 }
 
 /// The same with how far forecasts under edits are trusted.

@@ -76,8 +76,10 @@ pub fn parameter_rows(law: &ObjectLaw) -> Vec<Vec<String>> {
         }
         rows.extend(term.parameters.iter().map(|p| row(&name, role, p)));
     }
-    if law.terms.is_empty() {
-        rows.push(vec!["free motion".to_owned()]);
+    match law.shadow_of {
+        Some(caster) => rows.push(vec![format!("shadow of {caster}")]),
+        None if law.terms.is_empty() => rows.push(vec!["free motion".to_owned()]),
+        None => {}
     }
     let contact = law.contact.iter();
     rows.extend(contact.flat_map(|contact| contact.parameters.iter().map(|p| row("contact", "", p))));

@@ -37,6 +37,18 @@ impl ObjectLaw {
 }
 
 impl ObjectLaw {
+    /// The record of the shadow of an object that has this one: it is known as far as what casts it.
+    #[must_use]
+    pub fn of_shadow(&self, caster: usize) -> Self {
+        Self {
+            coordinates: "shadow".to_owned(),
+            shadow_of: Some(caster),
+            verdict: self.verdict,
+            trusted: self.trusted,
+            ..Self::default()
+        }
+    }
+
     /// The record of an object that others may hit: impulses that are hits are told of as such.
     #[must_use]
     pub fn with_hits(

@@ -38,6 +38,9 @@ pub struct ObjectLaw {
     /// Other objects that hit this one, and how.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hits: Option<HitsOfObjects>,
+    /// The object whose shadow this one is, by which it goes on outside of the captured window.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shadow_of: Option<usize>,
     /// First and last time of the part of the captured window that the law explains, where none explains all
     /// of it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -73,6 +76,7 @@ impl Default for ObjectLaw {
             contact: None,
             impulses: Vec::new(),
             hits: None,
+            shadow_of: None,
             part: None,
             verdict: Verdict::Outside,
             forecast_error: None,

@@ -45,6 +45,7 @@ pub(super) fn row() -> LagrangianScene {
             drawn: Vec::new(),
             replays_window: true,
         }),
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt: 0.05, time_window: 1.0 },
         background: [1.0; 3],

@@ -9,9 +9,11 @@ use super::generalised::exact;
 use super::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectContact};
 
 impl LagrangianScene {
-    /// Objects whose edits change the motion of one: itself, and those that it may hit.
+    /// Objects whose edits change the motion of one: itself, and those that it may hit; of a shadow those of
+    /// the object that casts it.
     #[must_use]
     pub fn moved_with(&self, object: usize) -> Vec<usize> {
+        let object = self.caster_of(object).unwrap_or(object);
         let mut contact = self.contact.iter().map(|contact| &contact.objects);
         contact.find(|objects| objects.contains(&object)).cloned().unwrap_or_else(|| vec![object])
     }
@@ -20,6 +22,8 @@ impl LagrangianScene {
     /// the laws that are drawn from what is known of their motion; nothing where there are none.
     #[must_use]
     pub fn trusted_under(&self, objects: &[usize], edits: &[Edit]) -> Vec<Option<[f64; 2]>> {
+        let own = |&object: &usize| self.caster_of(object).unwrap_or(object);
+        let objects: Vec<usize> = objects.iter().map(own).collect();
         let is_asked = |contact: &&ObjectContact| contact.objects.iter().any(|own| objects.contains(own));
         let contact = self.contact.as_ref().filter(is_asked);
         let struck = contact.map(|contact| self.posterior_with_hits(contact, edits));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::recording_file::{insert_recording, read_recording};
-use super::{LagrangianScene, MotionConfig, ObjectContact, ObjectModel};
+use super::{LagrangianScene, MotionConfig, ObjectContact, ObjectModel, Shadow};
 use crate::shading::Shading;
 use crate::tensor_file::{TensorFile, TensorFileError};
 use lgs_core::{CloudError, GaussianCloud};
@@ -16,6 +16,8 @@ const FORMAT_OF_PARTICLES: &str = "lagrangegs-scene/1";
 
 /// Name under which objects that hit each other are kept.
 const CONTACT: &str = "contact";
+/// Name under which shadows are kept.
+const SHADOWS: &str = "shadows";
 
 /// Why a scene could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -112,6 +114,9 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     if let Some(contact) = &scene.contact {
         file.set_metadata(CONTACT, json(contact));
     }
+    if !scene.shadows.is_empty() {
+        file.set_metadata(SHADOWS, json(&scene.shadows));
+    }
     for (index, object) in scene.objects.iter().enumerate() {
         let rows = [object.members.start as u32, object.members.end as u32];
         file.insert_indices(format!("object.{index}.rows"), &[2], &rows);
@@ -154,6 +159,7 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
         velocities,
         objects,
         contact,
+        shadows: Vec::new(),
         shading,
         motion,
         background,
@@ -161,7 +167,19 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     if file.metadata(CONTACT).is_ok() {
         scene.contact = Some(read_contact(file, &scene)?);
     }
+    if file.metadata(SHADOWS).is_ok() {
+        scene.shadows = read_shadows(file, &scene)?;
+    }
     Ok(scene)
+}
+
+fn read_shadows(file: &TensorFile, scene: &LagrangianScene) -> Result<Vec<Shadow>, TensorFileError> {
+    let shadows: Vec<Shadow> = file.metadata_json(SHADOWS)?;
+    let of_shadows = LagrangianScene { shadows: shadows.clone(), ..scene.clone() };
+    match shadows.iter().find_map(|shadow| shadow.misfit(&of_shadows)) {
+        Some(found) => Err(file.field(SHADOWS, "objects of the scene that cast others", found)),
+        None => Ok(shadows),
+    }
 }
 
 fn read_contact(file: &TensorFile, scene: &LagrangianScene) -> Result<ObjectContact, TensorFileError> {

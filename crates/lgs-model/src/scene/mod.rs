@@ -16,6 +16,7 @@ mod generalised;
 mod motion;
 mod recording;
 mod recording_file;
+mod shadow;
 mod start_velocities;
 mod stretch;
 
@@ -34,6 +35,7 @@ pub use file::{
 };
 pub use motion::{Motion, SceneState};
 pub use recording::Recording;
+pub use shadow::{Projection, Shadow};
 pub use stretch::mapped_shape;
 
 /// How the dynamic Gaussians are rolled out.
@@ -79,6 +81,8 @@ pub struct LagrangianScene {
     pub objects: Vec<ObjectModel>,
     /// Objects that hit each other, if any were seen to.
     pub contact: Option<ObjectContact>,
+    /// Objects that are shadows of others.
+    pub shadows: Vec<Shadow>,
     /// How the Gaussians are lit over time, static first, then dynamic; nothing where colours are constant.
     pub shading: Option<Shading>,
     /// Integration settings.

@@ -161,6 +161,7 @@ impl<'a> Motion<'a> {
             let path = object.advance(points, (&part_of(start, members), stretch), rolling);
             states.iter_mut().zip(path).for_each(|(state, part)| follow(state, part));
         }
+        self.scene.cast_shadows(&self.edits, &stretch.times(), &mut states);
         states
     }
 }
@@ -283,7 +284,7 @@ fn follow(state: &mut SceneState, part: SceneState) {
 }
 
 /// The rows of one object.
-fn part_of(state: &SceneState, rows: &Range<usize>) -> SceneState {
+pub(super) fn part_of(state: &SceneState, rows: &Range<usize>) -> SceneState {
     SceneState {
         q: state.q[rows.clone()].to_vec(),
         v: state.v[rows.clone()].to_vec(),

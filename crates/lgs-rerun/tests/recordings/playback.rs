@@ -34,6 +34,7 @@ fn scene() -> LagrangianScene {
             dynamics: Dynamics::Particles(particles),
         }],
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],

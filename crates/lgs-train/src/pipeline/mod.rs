@@ -22,6 +22,7 @@ use crate::driver::{Control, SceneTrainer, Trainer};
 use crate::error::TrainError;
 use crate::import::imported_source;
 use crate::run_folder::RunFolder;
+use crate::shadows::with_shadows;
 use crate::source::SourceTrainer;
 use crate::stages::{
     FitDynamics, InitialScene, InitialSceneRequest, TrainingData, TuneDynamics, TuneGaussians,
@@ -67,7 +68,7 @@ pub fn train(
     } else {
         pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?
     };
-    let scene = with_contact(scene, dataset.split("train"));
+    let scene = with_shadows(with_contact(scene, dataset.split("train")));
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
 }
@@ -82,6 +83,7 @@ fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> Lagra
         velocities: Vec::new(),
         objects: Vec::new(),
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt, time_window: 1.0 },
         background,

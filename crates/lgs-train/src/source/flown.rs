@@ -9,7 +9,7 @@ use lgs_model::source::{CarriedMotion, CarryingPath, SourceMotion};
 use super::config::SourceConfig;
 use super::config_groups::GuideConfig;
 use crate::data_summary::DataSummary;
-use crate::thresholds::{FEWEST_OF_THING, GUIDED_RADII, SHARE_OF_PIXELS, TURNED_RADII};
+use crate::thresholds::{FEWEST_OF_THING, GUIDED_RADII, SHARE_OF_PIXELS};
 use crate::tracks::{Track, find_flights};
 
 /// The paths of things in flight that were followed from the first moment on, if the set shows its moments in
@@ -43,11 +43,9 @@ pub(super) fn carried(
         reach: GUIDED_RADII * thing.radius,
         spin: [0.0; 3],
     });
-    // Nobody handles what turns at a constant rate, so all of its path is a free flight.
     let turning = tracks.iter().filter_map(|track| {
-        let (first, last) = track.span();
-        let (places, reach) = (track.places(), TURNED_RADII * track.radius);
-        Some(CarryingPath { places, flights: vec![[first, last]], reach, spin: track.spin? })
+        let (places, reach) = (track.places(), GUIDED_RADII * track.radius);
+        Some(CarryingPath { places, flights: Vec::new(), reach, spin: track.spin? })
     });
     let paths: Vec<CarryingPath> = flying.chain(turning).collect();
     if paths.is_empty() { motion } else { Box::new(CarriedMotion::new(motion, paths)) }

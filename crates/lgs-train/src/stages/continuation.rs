@@ -68,6 +68,7 @@ impl RecordedObject<'_> {
                 recording: Some(recording),
             }],
             contact: None,
+            shadows: Vec::new(),
             shading: None,
             motion: self.known.motion,
             background: [0.0; 3],

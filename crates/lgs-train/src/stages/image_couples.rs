@@ -83,6 +83,7 @@ mod tests {
             velocities: vec![[0.0; 3]; 5],
             objects: vec![sliding(0..1, 1.0), sliding(1..3, 1.0), sliding(3..5, -1.0)],
             contact: None,
+            shadows: Vec::new(),
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

@@ -154,6 +154,7 @@ fn assemble(
         velocities,
         objects,
         contact: None,
+        shadows: Vec::new(),
         shading,
         motion: MotionConfig { dt, time_window: request.time_window },
         background: request.background,

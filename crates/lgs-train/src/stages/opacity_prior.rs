@@ -81,6 +81,7 @@ mod tests {
             velocities: vec![[0.0; 3]],
             objects: Vec::new(),
             contact: None,
+            shadows: Vec::new(),
             shading: None,
             motion: MotionConfig { dt: 0.1, time_window: 1.0 },
             background: [1.0; 3],

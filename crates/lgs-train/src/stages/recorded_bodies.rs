@@ -159,6 +159,7 @@ mod tests {
             }],
             dynamic_gaussians: cloud,
             contact: None,
+            shadows: Vec::new(),
             shading: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],

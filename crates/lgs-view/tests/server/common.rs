@@ -37,6 +37,7 @@ pub(crate) fn falling() -> LagrangianScene {
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         objects: vec![ObjectModel { members: 0..27, recording: None, dynamics }],
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],

@@ -25,12 +25,16 @@ pub(in crate::source) struct CarriedSource {
     moved: Box<dyn SourceModel>,
     paths: Vec<CarryingPath>,
     owners: Vec<u32>,
+    /// The same of those that are in flight; 0 for others.
+    in_flight: Vec<u32>,
 }
 
 impl CarriedSource {
     /// A model with paths, and the number of the path that carries each of its Gaussians, from 1.
     pub(super) fn new(moved: Box<dyn SourceModel>, paths: Vec<CarryingPath>, owners: Vec<u32>) -> Self {
-        Self { moved, paths, owners }
+        let flies = |owner: u32| owner > 0 && paths[owner as usize - 1].spin == [0.0; 3];
+        let in_flight = owners.iter().map(|&owner| if flies(owner) { owner } else { 0 }).collect();
+        Self { moved, paths, owners, in_flight }
     }
 
     /// The model with the paths that a file has beside it; the model itself where it has none.
@@ -50,7 +54,7 @@ impl CarriedSource {
             let expected = format!("{} numbers of up to {} paths", moved.len(), paths.len());
             return Err(file.field(OWNERS, &expected, format!("{} numbers", owners.len())));
         }
-        Ok(Box::new(Self { moved, paths, owners }))
+        Ok(Box::new(Self::new(moved, paths, owners)))
     }
 
     /// What the path that carries each Gaussian, if one does, does to it by a time.
@@ -125,7 +129,7 @@ impl SourceModel for CarriedSource {
     }
 
     fn carried(&self) -> &[u32] {
-        &self.owners
+        &self.in_flight
     }
 
     fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
@@ -143,7 +147,7 @@ impl SourceModel for CarriedSource {
 
     fn before(&self, time: f32) -> Option<Box<dyn SourceModel>> {
         let moved = self.moved.before(time)?;
-        Some(Box::new(Self { moved, paths: self.paths.clone(), owners: self.owners.clone() }))
+        Some(Box::new(Self::new(moved, self.paths.clone(), self.owners.clone())))
     }
 
     fn to_tensors(&self) -> TensorFile {

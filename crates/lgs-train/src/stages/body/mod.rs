@@ -152,6 +152,7 @@ pub(super) fn part_of(
         objects: vec![ObjectModel { members: 0..rows.len(), dynamics, recording: None }],
         dynamic_gaussians,
         contact: None,
+        shadows: Vec::new(),
         shading: None,
         ..*scene
     }
