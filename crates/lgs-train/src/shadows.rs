@@ -2,8 +2,8 @@
 //! or a lamp casts another object onto that.
 
 use glam::{DMat3, DVec2, DVec3};
-use lgs_core::GaussianCloud;
 use lgs_core::geometry::{outer, principal_axes, wide};
+use lgs_core::{GaussianCloud, median};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::contact::planes;
@@ -11,7 +11,8 @@ use lgs_model::{LagrangianScene, Motion, ObjectModel, Projection, Shadow};
 use nalgebra::{Matrix2, Vector2};
 
 use crate::thresholds::{
-    BY_PATH, FLAT, LAMP_GAIN, LAMPS, LOWEST_LAMP, SAMPLES_OF_SHADOW, SHADOW_CENTER, SHADOW_ERROR, SHADOW_GAIN,
+    BY_PATH, FLAT, LAMP_GAIN, LAMPS, LOWEST_LAMP, SAMPLES_OF_SHADOW, SHADOW_CENTER, SHADOW_ERROR,
+    SHADOW_GAIN, STRAY,
 };
 
 /// The scene with those of its objects that are shadows of others going on as these cast them.
@@ -21,7 +22,8 @@ pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
     let times: Vec<f32> = times.collect();
     let mut motion = Motion::new(&scene, Edit::default(), Reversal::default());
     let states: Vec<Vec<[f32; 3]>> = times.iter().map(|&time| motion.state_at(time).q).collect();
-    let seen: Vec<Seen> = scene.objects.iter().map(|object| Seen::new(object, &states)).collect();
+    let seen = |object: &ObjectModel| Seen::new(&core(&scene, object), &states);
+    let seen: Vec<Seen> = scene.objects.iter().map(seen).collect();
     let casts = |caster: &usize| is_known(&scene.objects[*caster]);
     let casters: Vec<usize> = (0..seen.len()).filter(casts).collect();
     let has_hits = |object: usize| scene.contact.iter().any(|contact| contact.objects.contains(&object));
@@ -44,6 +46,20 @@ pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
     shadows.retain(|shadow| !objects.contains(&shadow.caster));
     drop(motion);
     LagrangianScene { shadows, ..scene }
+}
+
+/// Gaussians of an object that show where it is: those that hide what is behind them, but for what lies far
+/// from the others; all of them where there are no such.
+fn core(scene: &LagrangianScene, object: &ObjectModel) -> Vec<usize> {
+    let GaussianCloud { means, raw_opacities, .. } = &scene.dynamic_gaussians;
+    let opaque: Vec<usize> = object.members.clone().filter(|&i| raw_opacities[i] > 0.0).collect();
+    let middle = |axis: usize| median(opaque.iter().map(|&i| f64::from(means[i][axis])));
+    let Some(((x, y), z)) = middle(0).zip(middle(1)).zip(middle(2)) else {
+        return object.members.clone().collect();
+    };
+    let distance = |i: usize| wide(means[i]).distance(DVec3::new(x, y, z));
+    let reach = STRAY * median(opaque.iter().map(|&i| distance(i))).unwrap_or(0.0);
+    opaque.into_iter().filter(|&i| distance(i) <= reach).collect()
 }
 
 /// The centres of Gaussians that hide what is behind them.
@@ -70,15 +86,17 @@ struct Seen {
 }
 
 impl Seen {
-    fn new(object: &ObjectModel, states: &[Vec<[f32; 3]>]) -> Self {
-        let positions = || states.iter().map(|state| &state[object.members.clone()]);
-        let count = object.members.len().max(1) as f64;
-        let center = |at: &[[f32; 3]]| at.iter().map(|&p| wide(p)).sum::<DVec3>() / count;
+    fn new(members: &[usize], states: &[Vec<[f32; 3]>]) -> Self {
+        let of_members = |state: &Vec<[f32; 3]>| members.iter().map(|&i| wide(state[i])).collect();
+        let positions: Vec<Vec<DVec3>> = states.iter().map(of_members).collect();
+        let positions = || positions.iter();
+        let count = members.len().max(1) as f64;
+        let center = |at: &Vec<DVec3>| at.iter().sum::<DVec3>() / count;
         let centers: Vec<DVec3> = positions().map(center).collect();
         let mean = centers.iter().sum::<DVec3>() / centers.len() as f64;
         let about = |middle: &dyn Fn(usize) -> DVec3| {
-            let of_sample = |(i, at): (usize, &[[f32; 3]])| {
-                let offsets = at.iter().map(|&p| wide(p) - middle(i));
+            let of_sample = |(i, at): (usize, &Vec<DVec3>)| {
+                let offsets = at.iter().map(|p| p - middle(i));
                 offsets.fold(DMat3::ZERO, |sum, offset| sum + outer(offset, offset))
             };
             let sum = positions().enumerate().map(of_sample).fold(DMat3::ZERO, |sum, part| sum + part);

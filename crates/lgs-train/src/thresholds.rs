@@ -217,6 +217,9 @@ pub(crate) const SAMPLES_OF_SHADOW: usize = 33;
 /// Thickness of what is flat, all places that it comes to included, and of a layer of points at rest, in the
 /// extent of what moves (root mean square): a sphere has 0.6, a cube as much.
 pub(crate) const FLAT: f64 = 0.25;
+/// Distance from the middle of an object, in its median, beyond which Gaussians are not what shows where it is:
+/// a ball's or a disc's are all nearer than 1.5.
+pub(crate) const STRAY: f64 = 2.0;
 /// Distance from a path within which points at rest may be of the surface that carries it, in the extent of
 /// what moves on it: a disc, and as much around it.
 pub(crate) const BY_PATH: f64 = 3.0;

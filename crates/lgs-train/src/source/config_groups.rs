@@ -226,8 +226,9 @@ pub struct GuideConfig {
     /// Weight of the squared distance from the path (paper: 0, none). It fades after the time window has
     /// grown, to 0 at the end.
     pub weight: f32,
-    /// Whether a ball whose texture tells how it turns is carried along its path and turned on it, so that
-    /// only what these are off by is learned; else the mean of its Gaussians alone is led by the path.
+    /// Whether each Gaussian of a ball is led by the rotation that the ball's texture tells, and not their
+    /// mean alone. Control nodes carry rotations; a small network of every Gaussian's position takes them up
+    /// at the expense of the path. A ball that turns once or more in the window is carried either way.
     pub rotations: bool,
     /// Paths are looked for in sets with fewer training images than this per distinct time.
     pub below_images_per_time: f32,

@@ -32,7 +32,7 @@ fn first_time(dataset: &Dataset) -> f32 {
 }
 
 /// A motion with the Gaussians of things in flight carried along their paths, and those of balls whose texture
-/// tells their spin turned on these as well.
+/// tells that they turn round turned on these as well.
 pub(super) fn carried(
     motion: Box<dyn SourceMotion>,
     (things, tracks): (&[Track], &[Track]),
@@ -43,7 +43,7 @@ pub(super) fn carried(
         reach: GUIDED_RADII * thing.radius,
         spin: [0.0; 3],
     });
-    let turning = tracks.iter().filter_map(|track| {
+    let turning = tracks.iter().filter(|track| track.turns_round()).filter_map(|track| {
         let (places, reach) = (track.places(), GUIDED_RADII * track.radius);
         Some(CarryingPath { places, flights: Vec::new(), reach, spin: track.spin? })
     });

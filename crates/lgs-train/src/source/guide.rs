@@ -3,8 +3,8 @@
 //! The Gaussians whose canonical centres lie in a track's ball at the first time belong to it, each to its
 //! nearest. For the Gaussians of a track, `E = weight · |mean(q) − mean(p) − (c(t) − c(0))|²` with canonical
 //! p, deformed q and the path c: only their mean is bound to the path, so how they turn and what shape they
-//! have is left to the images. With `guide.rotations`, and where the texture told a spin, with rotations R,
-//! each of them is:
+//! have is left to the images. Where the texture told a spin, with rotations R, each of them is, with
+//! `guide.rotations` or if the thing turns round and is carried:
 //! `E = weight · mean |q − c(t) − R(t) (p − c(0))|²`.
 
 use burn::tensor::Tensor;
@@ -38,7 +38,7 @@ impl Guide {
             Vec::new()
         };
         if !config.rotations {
-            tracks.iter_mut().for_each(|track| track.spin = None);
+            tracks.iter_mut().filter(|track| !track.turns_round()).for_each(|track| track.spin = None);
         }
         Self { tracks, start }
     }

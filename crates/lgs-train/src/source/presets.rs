@@ -114,7 +114,7 @@ impl SourceConfig {
             learning_rates: LearningRates::quick(),
             densify: DensifyConfig::quick(iterations),
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },
-            guide: GuideConfig { weight: 3.0, rotations: true, below_images_per_time: 3.0, flights: true },
+            guide: GuideConfig { weight: 3.0, rotations: false, below_images_per_time: 3.0, flights: true },
             static_regulariser: 0.05,
             static_regulariser_after: iterations * 2 / 3,
         }
@@ -129,6 +129,7 @@ impl SourceConfig {
             kind: SourceKind::Nodes,
             nodes: Some(NodesConfig::quick()),
             rigidity: RigidityConfig { weight: 0.0, ..defgs.rigidity },
+            guide: GuideConfig { rotations: true, ..defgs.guide },
             ..defgs
         }
     }

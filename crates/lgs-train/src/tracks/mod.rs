@@ -24,6 +24,8 @@ mod spin;
 mod texture;
 mod thresholds;
 
+use std::f32::consts::TAU;
+
 use lgs_core::Camera;
 use lgs_core::linear::{Mat3, dot, matrix_from_quat, norm, scale, sub};
 use lgs_data::dataset::{Frame, SceneBox};
@@ -84,6 +86,14 @@ impl Track {
         let half = norm([x, y, z]);
         let axis = scale([x, y, z], half.sin() / half.max(f32::MIN_POSITIVE));
         Some(matrix_from_quat([half.cos(), axis[0], axis[1], axis[2]]))
+    }
+
+    /// Whether its texture tells that it turns so far that the same side comes round again. Less far, a network
+    /// that moves every Gaussian follows it, also where the rate is not quite constant.
+    #[must_use]
+    pub fn turns_round(&self) -> bool {
+        let (first, last) = self.span();
+        self.spin.is_some_and(|spin| norm(spin) * (last - first) >= TAU)
     }
 
     /// Takes over the places of a flight of the same thing, on its parabola if it follows one.
