@@ -17,6 +17,11 @@ use crate::thresholds::{
 
 /// The scene with those of its objects that are shadows of others going on as these cast them.
 pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
+    let casts = |caster: &usize| is_known(&scene.objects[*caster]);
+    let casters: Vec<usize> = (0..scene.objects.len()).filter(casts).collect();
+    if casters.is_empty() || scene.objects.len() < 2 {
+        return scene;
+    }
     let window = scene.motion.time_window;
     let times = (0..SAMPLES_OF_SHADOW).map(|i| window * i as f32 / (SAMPLES_OF_SHADOW - 1) as f32);
     let times: Vec<f32> = times.collect();
@@ -24,8 +29,6 @@ pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
     let states: Vec<Vec<[f32; 3]>> = times.iter().map(|&time| motion.state_at(time).q).collect();
     let seen = |object: &ObjectModel| Seen::new(&core(&scene, object), &states);
     let seen: Vec<Seen> = scene.objects.iter().map(seen).collect();
-    let casts = |caster: &usize| is_known(&scene.objects[*caster]);
-    let casters: Vec<usize> = (0..seen.len()).filter(casts).collect();
     let has_hits = |object: usize| scene.contact.iter().any(|contact| contact.objects.contains(&object));
     let at_rest = opaque(&scene.static_gaussians);
     let shadow_of = |object: usize| {
