@@ -17,6 +17,8 @@ const PATHS: &str = "carried.paths";
 const FLIGHTS: &str = "carried.flights";
 /// Name of the angular velocities of what turns: number of the path, from 0, then the vector.
 const SPINS: &str = "carried.spins";
+/// Name of the canonical centres of all Gaussians, in the file of a model in which anything turns.
+const CANONICAL: &str = "carried.canonical";
 /// Name of the number of the path that carries each Gaussian, from 1; 0: none does.
 const OWNERS: &str = "carried.owners";
 
@@ -25,16 +27,23 @@ pub(in crate::source) struct CarriedSource {
     moved: Box<dyn SourceModel>,
     paths: Vec<CarryingPath>,
     owners: Vec<u32>,
-    /// The same of those that are in flight; 0 for others.
+    /// Canonical centres, world units.
+    canonical: Vec<[f32; 3]>,
+    /// The owners that are in flight; 0 for others.
     in_flight: Vec<u32>,
 }
 
 impl CarriedSource {
-    /// A model with paths, and the number of the path that carries each of its Gaussians, from 1.
-    pub(super) fn new(moved: Box<dyn SourceModel>, paths: Vec<CarryingPath>, owners: Vec<u32>) -> Self {
+    /// A model with paths, the number of the path that carries each of its Gaussians, from 1, and their
+    /// canonical centres.
+    pub(super) fn new(
+        moved: Box<dyn SourceModel>,
+        paths: Vec<CarryingPath>,
+        (owners, canonical): (Vec<u32>, Vec<[f32; 3]>),
+    ) -> Self {
         let flies = |owner: u32| owner > 0 && paths[owner as usize - 1].spin == [0.0; 3];
         let in_flight = owners.iter().map(|&owner| if flies(owner) { owner } else { 0 }).collect();
-        Self { moved, paths, owners, in_flight }
+        Self { moved, paths, owners, canonical, in_flight }
     }
 
     /// The model with the paths that a file has beside it; the model itself where it has none.
@@ -54,13 +63,26 @@ impl CarriedSource {
             let expected = format!("{} numbers of up to {} paths", moved.len(), paths.len());
             return Err(file.field(OWNERS, &expected, format!("{} numbers", owners.len())));
         }
-        Ok(Box::new(Self::new(moved, paths, owners)))
+        // Where nothing turns, canonical centres do not matter, and the file has none.
+        let turns = file.names().any(|name| name == CANONICAL);
+        let canonical = if turns { file.rows::<3>(CANONICAL)? } else { vec![[0.0; 3]; owners.len()] };
+        if canonical.len() != owners.len() {
+            return Err(file.field(
+                CANONICAL,
+                &format!("{} rows", owners.len()),
+                canonical.len().to_string(),
+            ));
+        }
+        Ok(Box::new(Self::new(moved, paths, (owners, canonical))))
     }
 
-    /// What the path that carries each Gaussian, if one does, does to it by a time.
-    fn carried_by(&self, time: f32) -> impl Iterator<Item = Option<Carried>> {
+    /// What the path that carries each Gaussian, if one does, does to it by a time, and its canonical centre.
+    fn carried_by(&self, time: f32) -> impl Iterator<Item = Option<(Carried, [f32; 3])>> {
         let carried: Vec<Carried> = self.paths.iter().map(|path| path.carried(time)).collect();
-        self.owners.iter().map(move |&owner| (owner > 0).then(|| carried[owner as usize - 1]))
+        let of = move |(&owner, &center): (&u32, &[f32; 3])| {
+            (owner > 0).then(|| (carried[owner as usize - 1], center))
+        };
+        self.owners.iter().zip(&self.canonical).map(of)
     }
 }
 
@@ -113,8 +135,8 @@ impl SourceModel for CarriedSource {
         let mut cloud = self.moved.cloud_at(time);
         let poses = cloud.means.iter_mut().zip(&mut cloud.rotations);
         for ((mean, rotation), carried) in poses.zip(self.carried_by(time)) {
-            if let Some(carried) = carried {
-                (*mean, *rotation) = (carried.center(*mean), carried.rotation(*rotation));
+            if let Some((carried, center)) = carried {
+                (*mean, *rotation) = (carried.center(center, *mean), carried.rotation(*rotation));
             }
         }
         cloud
@@ -123,7 +145,9 @@ impl SourceModel for CarriedSource {
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         let mut positions = self.moved.positions_at(time);
         for (position, carried) in positions.iter_mut().zip(self.carried_by(time)) {
-            *position = carried.map_or(*position, |carried| carried.center(*position));
+            if let Some((carried, center)) = carried {
+                *position = carried.center(center, *position);
+            }
         }
         positions
     }
@@ -147,7 +171,7 @@ impl SourceModel for CarriedSource {
 
     fn before(&self, time: f32) -> Option<Box<dyn SourceModel>> {
         let moved = self.moved.before(time)?;
-        Some(Box::new(Self::new(moved, self.paths.clone(), self.owners.clone())))
+        Some(Box::new(Self::new(moved, self.paths.clone(), (self.owners.clone(), self.canonical.clone()))))
     }
 
     fn to_tensors(&self) -> TensorFile {
@@ -171,6 +195,7 @@ impl SourceModel for CarriedSource {
             .collect();
         file.insert(FLIGHTS, &[flights.len(), 3], flights.as_flattened());
         if !spins.is_empty() {
+            file.insert(CANONICAL, &[self.canonical.len(), 3], self.canonical.as_flattened());
             file.insert(SPINS, &[spins.len(), 4], spins.as_flattened());
         }
         file.insert_indices(PATHS, &[numbers.len()], &numbers);

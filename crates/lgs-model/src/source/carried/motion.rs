@@ -30,8 +30,9 @@ impl CarriedMotion {
     }
 
     /// Pose rows `[n, DELTAS]` carried to a time, given the canonical centres `[n, 3]`.
-    fn carried(&self, poses: &Tensor<2>, means: &Tensor<2>, time: f32) -> Tensor<2> {
-        let device = means.device();
+    fn carried(&self, poses: &Tensor<2>, centers: &Tensor<2>, time: f32) -> Tensor<2> {
+        let (means, device) = (centers.clone().detach(), centers.device());
+        let rows = Tensor::cat(vec![poses.clone(), centers.clone()], 1);
         let row = |values: &[f32]| Tensor::<1>::from_floats(values, &device).reshape([1, values.len()]);
         let away = |path: &CarryingPath| {
             let offset = means.clone() - row(&path.start());
@@ -43,8 +44,8 @@ impl CarriedMotion {
         for (number, path) in (0..).zip(&self.paths) {
             let own = owner.clone().equal_elem(number).bool_and(is_carried.clone()).float();
             let (matrix, added) = path.carried(time).of_rows();
-            let matrix = row(matrix.as_flattened()).reshape([DELTAS, DELTAS]);
-            carried = carried + own * (poses.clone().matmul(matrix) + row(&added) - poses.clone());
+            let matrix = row(matrix.as_flattened()).reshape([DELTAS + 3, DELTAS]);
+            carried = carried + own * (rows.clone().matmul(matrix) + row(&added) - poses.clone());
         }
         carried
     }
@@ -68,8 +69,8 @@ impl SourceMotion for CarriedMotion {
     }
 
     fn poses(&self, network: Tensor<1>, canonical: Canonical, at: Moment) -> Tensor<2> {
-        let means = canonical.means.clone().detach();
-        self.carried(&self.moved.poses(network, canonical, at), &means, at.time)
+        let centers = canonical.means.clone();
+        self.carried(&self.moved.poses(network, canonical, at), &centers, at.time)
     }
 
     fn prior(&self, network: &Tensor<1>, canonical: &Canonical, at: Moment) -> Option<Tensor<1>> {
@@ -109,7 +110,8 @@ impl SourceMotion for CarriedMotion {
     }
 
     fn model(&self, learned: Learned) -> Box<dyn SourceModel> {
-        let owners = owners(&self.paths, &learned.cloud.means);
-        Box::new(CarriedSource::new(self.moved.model(learned), self.paths.clone(), owners))
+        let canonical = learned.cloud.means.clone();
+        let owners = owners(&self.paths, &canonical);
+        Box::new(CarriedSource::new(self.moved.model(learned), self.paths.clone(), (owners, canonical)))
     }
 }

@@ -19,7 +19,9 @@ pub struct CarryingPath {
     pub spin: [f32; 3],
 }
 
-/// What a path does to Gaussians by a time: `x ↦ c + R (x − c₀)`, `q ↦ R ⊗ q`.
+/// What a path does to Gaussians by a time, given their canonical centres x and their poses x′, q′ without it:
+/// `x′ ↦ x′ + c − c₀ + (R − 1) (x − c₀)`, `q′ ↦ R ⊗ q′`. What x′ is off x does not turn: a path that is off by
+/// a little is so in the world and not on the thing, where that would go round with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Carried {
     /// Quaternion of R.
@@ -43,9 +45,11 @@ impl CarryingPath {
 }
 
 impl Carried {
-    /// A centre.
-    pub(super) fn center(&self, x: [f32; 3]) -> [f32; 3] {
-        add(self.to, mat_vec(&matrix_from_quat(self.turn), sub(x, self.from)))
+    /// A centre, given the canonical one.
+    pub(super) fn center(&self, canonical: [f32; 3], moved: [f32; 3]) -> [f32; 3] {
+        let offset = sub(canonical, self.from);
+        let turned = sub(mat_vec(&matrix_from_quat(self.turn), offset), offset);
+        add(moved, add(sub(self.to, self.from), turned))
     }
 
     /// An orientation.
@@ -53,19 +57,21 @@ impl Carried {
         quat_mul(self.turn, q)
     }
 
-    /// The same of pose rows `[x, q, Δs]`, as rows from the right: a matrix, and what is added.
-    pub(super) fn of_rows(&self) -> ([[f32; DELTAS]; DELTAS], [f32; DELTAS]) {
+    /// The same of pose rows `[x′, q′, Δs]` with the canonical centres behind them, as rows from the right: a
+    /// matrix, and what is added.
+    pub(super) fn of_rows(&self) -> ([[f32; DELTAS]; DELTAS + 3], [f32; DELTAS]) {
         let (turn, mut matrix, mut added) =
-            (matrix_from_quat(self.turn), [[0.0; DELTAS]; DELTAS], [0.0; DELTAS]);
+            (matrix_from_quat(self.turn), [[0.0; DELTAS]; DELTAS + 3], [0.0; DELTAS]);
+        let one = |i: usize, j: usize| f32::from(u8::from(i == j));
         for i in 0..3 {
-            (0..3).for_each(|j| matrix[i][j] = turn[j][i]);
+            matrix[i][i] = 1.0;
             matrix[7 + i][7 + i] = 1.0;
+            (0..3).for_each(|j| matrix[DELTAS + i][j] = turn[j][i] - one(i, j));
         }
         for i in 0..4 {
-            let unit = std::array::from_fn(|j| f32::from(u8::from(i == j)));
-            matrix[3 + i][3..7].copy_from_slice(&self.rotation(unit));
+            matrix[3 + i][3..7].copy_from_slice(&self.rotation(std::array::from_fn(|j| one(i, j))));
         }
-        added[..3].copy_from_slice(&self.center([0.0; 3]));
+        added[..3].copy_from_slice(&self.center([0.0; 3], [0.0; 3]));
         (matrix, added)
     }
 }
