@@ -40,7 +40,8 @@ pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
             Some((cast.projection()?, caster, cast.error))
         };
         let (projection, caster, error) = pairs.filter_map(cast).min_by(|a, b| a.2.total_cmp(&b.2))?;
-        let ends = [seen[caster].centers[0], seen[caster].centers[times.len() - 1]];
+        let of_caster = |state: &Vec<[f32; 3]>| mean(&state[scene.objects[caster].members.clone()]);
+        let ends = [of_caster(&states[0]), of_caster(&states[times.len() - 1])];
         tracing::debug!(object, caster, error, ?projection, "a shadow");
         Some(Shadow { object, caster, projection, centers: ends.map(Into::into) })
     };
@@ -49,6 +50,10 @@ pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
     shadows.retain(|shadow| !objects.contains(&shadow.caster));
     drop(motion);
     LagrangianScene { shadows, ..scene }
+}
+
+fn mean(points: &[[f32; 3]]) -> DVec3 {
+    points.iter().map(|&p| wide(p)).sum::<DVec3>() / points.len().max(1) as f64
 }
 
 /// Gaussians of an object that show where it is: those that hide what is behind them, but for what lies far

@@ -85,6 +85,17 @@ fn with_floor(scene: LagrangianScene) -> LagrangianScene {
 }
 
 #[test]
+fn faint_gaussians_of_a_caster_do_not_move_its_shadow() {
+    let cast = |_, ball: DVec3| DVec3::new(ball.x + 0.4 * ball.z, ball.y, 0.0);
+    let mut scene = scene(cast);
+    scene.dynamic_gaussians.raw_opacities[0] = -3.0;
+    scene.dynamic_gaussians.means[0] = [2.0, 2.0, 2.0];
+    let scene = with_shadows(scene);
+    let jump = middle(&scene, 1.001).distance(middle(&scene, 1.0));
+    assert!(scene.shadows.len() == 1 && jump < 0.01, "{jump}");
+}
+
+#[test]
 fn what_is_thick_is_a_shadow_only_along_a_surface() {
     // Gaussians of a shadow that reach below the floor, where nobody sees them.
     let thick = |place: &dyn Fn(f64, DVec3) -> DVec3| {
