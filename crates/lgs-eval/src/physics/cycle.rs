@@ -5,7 +5,7 @@
 //! alignment by rounding alone.
 
 use lgs_dynamics::{Edit, Reversal, RolloutSpec, State, rollout, rollout_reversed};
-use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ParticleDynamics};
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ParticleDynamics};
 
 use super::{distance, window_steps};
 use crate::finite::finite;
@@ -45,7 +45,7 @@ pub fn cycle_error(scene: &LagrangianScene, reversal: Reversal, alignment: Align
             Dynamics::Particles(particles) => {
                 cycle_of_particles(scene, particles, &start, (reversal, alignment))
             }
-            Dynamics::Generalised(law) => cycle_of_law(scene, law, &start.q),
+            Dynamics::Generalised(law) => cycle_of_law(&scene.motion, law, &start.q),
         };
         error += e;
         path += p;
@@ -54,14 +54,16 @@ pub fn cycle_error(scene: &LagrangianScene, reversal: Reversal, alignment: Align
 }
 
 /// Sums of position errors and path lengths of an object that follows a law, whose inverse is always exact.
-fn cycle_of_law(scene: &LagrangianScene, law: &GeneralisedDynamics, points: &[[f32; 3]]) -> (f64, f64) {
-    let dt = f64::from(scene.motion.dt);
-    let times: Vec<f64> = (0..=window_steps(&scene.motion)).map(|step| step as f64 * dt).collect();
+fn cycle_of_law(motion: &MotionConfig, law: &GeneralisedDynamics, points: &[[f32; 3]]) -> (f64, f64) {
+    let dt = f64::from(motion.dt);
+    let times: Vec<f64> = (0..=window_steps(motion)).map(|step| step as f64 * dt).collect();
     let there = law.states(Edit::default(), &times);
     let placed: Vec<State> = there.iter().map(|state| law.placed(points, state)).collect();
     let path = placed.windows(2).map(|pair| sum_of_distances(&pair[0].q, &pair[1].q)).sum();
     let (Some(turn), Some(end)) = (there.last(), times.last()) else { return (0.0, 0.0) };
-    let turned = GeneralisedDynamics { start: turn.clone(), ..law.clone() };
+    let mut turned = GeneralisedDynamics { start: turn.clone(), ..law.clone().with_impacts(*end) };
+    // Time begins at the turn; impacts are taken back at the times at which they happened.
+    turned.law.events.iter_mut().for_each(|event| event.time -= end);
     let back = turned.states(Edit::default(), &[-end]).remove(0);
     (sum_of_distances(points, &law.placed(points, &back).q), path)
 }
@@ -90,4 +92,25 @@ fn cycle_of_particles(
 
 fn sum_of_distances(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     a.iter().zip(b).map(|(&p, &q)| distance(p, q)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use lgs_mechanics::Law;
+    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::contact::Impact;
+    use lgs_mechanics::coordinates::{self, Bodies, Coordinates};
+
+    use super::*;
+
+    #[test]
+    fn impulses_of_the_window_are_taken_back_on_the_way_back() {
+        let mut law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("a law");
+        law.events = vec![Impact { time: 0.3, change: vec![0.0, 2.0, 0.0] }];
+        let start = coordinates::State { x: vec![0.0; 3], v: vec![1.0, 0.0, 0.0] };
+        let struck = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
+        let motion = MotionConfig { dt: 0.01, time_window: 0.75 };
+        let (error, path) = cycle_of_law(&motion, &struck, &[[0.1, 0.0, 0.0]]);
+        assert!(error < 1e-6 && path > 1.0, "{error} of {path}");
+    }
 }
