@@ -77,11 +77,7 @@ fn sentences(law: &ObjectLaw) -> Vec<String> {
         law.contact.as_ref().map(collision),
         (!law.impulses.is_empty()).then(|| struck(&law.impulses)),
         law.hits.as_ref().map(hits),
-        law.shadow_of.map(|caster| {
-            format!(
-                "It is the shadow of object {caster}, and goes on with it after the window and under edits."
-            )
-        }),
+        law.shadow_of.map(shadow),
         law.forecast_error.map(|e| {
             format!("Forecasts inside the window are off by {} of the displacement.", percent(e, 2))
         }),
@@ -129,6 +125,11 @@ fn hits(HitsOfObjects { others, times, .. }: &HitsOfObjects) -> String {
          as their spheres meet.",
         others.join(", ")
     )
+}
+
+/// What casts a shadow, in words.
+fn shadow(caster: usize) -> String {
+    format!("It is the shadow of object {caster}, and goes on with it after the window and under edits.")
 }
 
 /// The plane that a body collides with, in words.

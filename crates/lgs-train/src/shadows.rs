@@ -1,5 +1,5 @@
-//! Shadows among the objects of a trained scene (method §5.10): what moves along a surface, and there as a sun
-//! or a lamp casts another object onto that.
+//! Shadows among the objects of a trained scene (method §5.10): what moves along a surface, and there as a
+//! sun or a lamp casts another object onto that.
 
 use glam::{DMat3, DVec2, DVec3};
 use lgs_core::geometry::{outer, principal_axes, wide};
@@ -155,8 +155,8 @@ struct Cast {
 }
 
 impl Cast {
-    /// The sun, or if that explains much more, the lamp that casts an object nearest to a flat one; nothing if
-    /// the one is not on one side of the other's plane.
+    /// The sun, or if that explains much more, the lamp that casts an object nearest to a flat one; nothing
+    /// if the one is not on one side of the other's plane.
     fn new((normal, offset): (DVec3, f64), caster: &[DVec3], flat: &[DVec3]) -> Option<Self> {
         let side = (caster.iter().map(|c| c.dot(normal) - offset).sum::<f64>()).signum();
         let (normal, offset) = (side * normal, side * offset);

@@ -217,8 +217,8 @@ pub(crate) const SAMPLES_OF_SHADOW: usize = 33;
 /// Thickness of what is flat, all places that it comes to included, and of a layer of points at rest, in the
 /// extent of what moves (root mean square): a sphere has 0.6, a cube as much.
 pub(crate) const FLAT: f64 = 0.25;
-/// Distance from the middle of an object, in its median, beyond which Gaussians are not what shows where it is:
-/// a ball's or a disc's are all nearer than 1.5.
+/// Distance from the middle of an object, in its median, beyond which Gaussians are not what shows where it
+/// is: a ball's or a disc's are all nearer than 1.5.
 pub(crate) const STRAY: f64 = 2.0;
 /// Distance from a path within which points at rest may be of the surface that carries it, in the extent of
 /// what moves on it: a disc, and as much around it.
@@ -228,8 +228,8 @@ pub(crate) const SHADOW_ERROR: f64 = 0.05;
 /// How much nearer a shadow has to be to a path than the even motion nearest to it: what moves evenly is any
 /// body's shadow in some light.
 pub(crate) const SHADOW_GAIN: f64 = 3.0;
-/// Weight of a shadow's middle being where the middle of its caster is cast: it decides the slope of the light
-/// only where heights do not.
+/// Weight of a shadow's middle being where the middle of its caster is cast: it decides the slope of the
+/// light only where heights do not.
 pub(crate) const SHADOW_CENTER: f64 = 0.01;
 /// Height of the lowest lamp that is tried, in that of the highest place of the caster.
 pub(crate) const LOWEST_LAMP: f64 = 1.1;

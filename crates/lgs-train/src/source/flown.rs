@@ -31,8 +31,8 @@ fn first_time(dataset: &Dataset) -> f32 {
     dataset.split("train").iter().map(|frame| frame.time).fold(f32::INFINITY, f32::min)
 }
 
-/// A motion with the Gaussians of things in flight carried along their paths, and those of balls whose texture
-/// tells that they turn round turned on these as well.
+/// A motion with the Gaussians of things in flight carried along their paths, and those of balls whose
+/// texture tells that they turn round turned on these as well.
 pub(super) fn carried(
     motion: Box<dyn SourceMotion>,
     (things, tracks): (&[Track], &[Track]),

@@ -88,8 +88,8 @@ impl Track {
         Some(matrix_from_quat([half.cos(), axis[0], axis[1], axis[2]]))
     }
 
-    /// Whether its texture tells that it turns so far that the same side comes round again. Less far, a network
-    /// that moves every Gaussian follows it, also where the rate is not quite constant.
+    /// Whether its texture tells that it turns so far that the same side comes round again. Less far, a
+    /// network that moves every Gaussian follows it, also where the rate is not quite constant.
     #[must_use]
     pub fn turns_round(&self) -> bool {
         let (first, last) = self.span();

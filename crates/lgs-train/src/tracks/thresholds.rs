@@ -34,8 +34,8 @@ pub(super) const STRIDE_COST: f32 = 0.05;
 
 // Tracks
 
-/// Places that stand for a path of [`CURVE_DEGREE`]: what it strays from straight lines between them is below a
-/// thousandth of its extent.
+/// Places that stand for a path of [`CURVE_DEGREE`]: what it strays from straight lines between them is below
+/// a thousandth of its extent.
 pub(super) const CURVE_PLACES: usize = 1025;
 /// Moments at which a path is first looked for, in steps of a fiftieth of the whole.
 pub(super) const MOMENTS: usize = 51;
