@@ -20,8 +20,8 @@ pub struct CarryingPath {
 }
 
 /// What a path does to Gaussians by a time, given their canonical centres x and their poses x′, q′ without
-/// it: `x′ ↦ x′ + c − c₀ + (R − 1) (x − c₀)`, `q′ ↦ R ⊗ q′`. What x′ is off x does not turn: a path that is off
-/// by a little is so in the world and not on the thing, where that would go round with it.
+/// it: `x′ ↦ x′ + c − c₀ + (R − 1) (x − c₀)`, `q′ ↦ R ⊗ q′`. What x′ is off x does not turn: a path that is
+/// off by a little is so in the world and not on the thing, where that would go round with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Carried {
     /// Quaternion of R.
