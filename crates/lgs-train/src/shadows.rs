@@ -5,7 +5,6 @@ use glam::{DMat3, DVec2, DVec3};
 use lgs_core::geometry::{outer, principal_axes, wide};
 use lgs_core::{GaussianCloud, median};
 use lgs_dynamics::{Edit, Reversal};
-use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::contact::planes;
 use lgs_model::{LagrangianScene, Motion, ObjectModel, Projection, Shadow};
 use nalgebra::{Matrix2, Vector2};
@@ -17,7 +16,7 @@ use crate::thresholds::{
 
 /// The scene with those of its objects that are shadows of others going on as these cast them.
 pub(crate) fn with_shadows(scene: LagrangianScene) -> LagrangianScene {
-    let casts = |caster: &usize| is_known(&scene.objects[*caster]);
+    let casts = |caster: &usize| has_law(&scene.objects[*caster]);
     let casters: Vec<usize> = (0..scene.objects.len()).filter(casts).collect();
     if casters.is_empty() || scene.objects.len() < 2 {
         return scene;
@@ -77,10 +76,10 @@ fn opaque(cloud: &GaussianCloud) -> Vec<[f64; 3]> {
     centers.map(|(center, _)| center.map(f64::from)).collect()
 }
 
-/// Whether the motion of an object is known beyond the captured window.
-fn is_known(object: &ObjectModel) -> bool {
-    let law = object.dynamics.generalised().filter(|_| object.recording.is_none());
-    law.is_some_and(|law| law.known.verdict != Verdict::Outside)
+/// Whether an object follows a law in the captured window and beyond: its shadow is where that has it, however
+/// far the law is trusted.
+fn has_law(object: &ObjectModel) -> bool {
+    object.dynamics.generalised().is_some() && object.recording.is_none()
 }
 
 /// What was seen of an object in the captured window.

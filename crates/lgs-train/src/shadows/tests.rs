@@ -1,6 +1,6 @@
 use lgs_core::GaussianCloud;
 use lgs_mechanics::Law;
-use lgs_mechanics::bands::Known;
+use lgs_mechanics::bands::{Known, Verdict};
 use lgs_mechanics::coordinates::{Bodies, Coordinates, Port, State};
 use lgs_mechanics::terms::Term;
 use lgs_model::{Dynamics, GeneralisedDynamics, MotionConfig, Recording};

@@ -64,7 +64,7 @@ impl CarriedSource {
             return Err(file.field(OWNERS, &expected, format!("{} numbers", owners.len())));
         }
         // Where nothing turns, canonical centres do not matter, and the file has none.
-        let turns = file.names().any(|name| name == CANONICAL);
+        let turns = file.names().any(|name| name == SPINS);
         let canonical = if turns { file.rows::<3>(CANONICAL)? } else { vec![[0.0; 3]; owners.len()] };
         if canonical.len() != owners.len() {
             return Err(file.field(

@@ -108,6 +108,8 @@ fn files_round_trip_and_defects_are_named() {
     assert!(text.contains("`carried.times`"), "{text}");
     let text = refused(&|file| file.insert("carried.spins", &[1, 4], &[2.0, 0.0, 0.0, 1.0]));
     assert!(text.contains("`carried.spins`"), "{text}");
+    let text = refused(&|file| file.insert("carried.canonical", &[1, 3], &[0.0; 3]));
+    assert!(text.contains("`carried.canonical`"), "{text}");
     let text = refused(&|file| file.insert("carried.times", &[2], &[0.0, 0.1]));
     assert!(text.contains("`carried.places`"), "{text}");
 }
