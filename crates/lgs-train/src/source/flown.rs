@@ -122,6 +122,9 @@ fn color_at((frames, images): (&[&Frame], &[Image]), (point, normal): ([f32; 3],
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lgs_core::GaussianCloud;
+    use lgs_model::source::{Captured, InputFrame, Learned, SourceKind};
+
     use crate::device::DeviceName;
     use crate::driver::Trainer;
     use crate::source::SourceTrainer;
@@ -146,6 +149,29 @@ mod tests {
             let off = norm(sub(scale(center, 1.0 / members.len() as f32), spheres(moment)[0].center));
             assert!(off < RADIUS, "moment {moment}: {off}");
         }
+    }
+
+    /// Where a Gaussian beside the middle of a ball that turns about z at a rate comes to in half of the window,
+    /// by a motion that has learned nothing.
+    fn turned(rate: f32) -> [f32; 3] {
+        let times: Vec<f32> = (0..=20).map(|i| 0.05 * i as f32).collect();
+        let mut ball = Track::through(&times, &[[1.0, 0.0, 0.0]; 21], 0.5).expect("a path");
+        ball.spin = Some([0.0, 0.0, rate]);
+        let config = SourceConfig { kind: SourceKind::Linear, ..SourceConfig::quick() };
+        let captured = Captured { frame: InputFrame::IDENTITY, time_window: 1.0, seed: 1 };
+        let moved = config.kind.motion(&config.motion(), captured).expect("a kind that is trained");
+        let motion = carried(moved, (&[], &[ball]));
+        let cloud = GaussianCloud::isotropic(vec![[1.2, 0.0, 0.0]], 0.1, [0.5; 3], 0.9);
+        let parameters = vec![0.0; motion.parameters()];
+        motion.model(Learned { cloud, features: Vec::new(), parameters }).positions_at(0.5)[0]
+    }
+
+    #[test]
+    fn a_ball_that_turns_round_in_the_window_is_turned_and_one_that_does_not_is_left_to_the_network() {
+        let near = |a: [f32; 3], b: [f32; 3]| norm(sub(a, b)) < 1e-3;
+        let round = turned(3.0 * std::f32::consts::PI);
+        assert!(near(round, [1.0, -0.2, 0.0]), "{round:?}");
+        assert!(near(turned(3.0), [1.2, 0.0, 0.0]));
     }
 
     #[test]
