@@ -9,6 +9,14 @@ pub(crate) const AGREEMENT_STRIDE: usize = 4;
 /// Windows of time over which the step of an edited motion is chosen: as far as forecasts are asked for.
 pub(crate) const RESOLVED_WINDOWS: f64 = 3.0;
 
+// Shadows (method §5.10)
+
+/// Least height of a lamp above what casts a shadow, in its height above the plane: what comes near the lamp
+/// has no shadow on the plane.
+pub(crate) const BELOW_LAMP: f64 = 0.05;
+/// Units of time by which the end of the window, which is of single precision, is met.
+pub(crate) const END_OF_WINDOW: f64 = 1e-6;
+
 // Control nodes (method §3.6)
 
 /// Opacity from which a Gaussian of the warm-up is taken for a part of the scene: half-transparent ones are

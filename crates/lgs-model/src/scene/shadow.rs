@@ -8,13 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::dynamics::{Dynamics, narrow, wide};
 use super::motion::part_of;
 use super::{LagrangianScene, ObjectModel};
-
-/// Least height of a lamp above what casts a shadow, in its height above the plane: what comes near the lamp
-/// has no shadow on the plane.
-const BELOW_LAMP: f64 = 0.05;
-
-/// Times by which the end of the window, which is of single precision, is met.
-const END_OF_WINDOW: f64 = 1e-6;
+use crate::thresholds::{BELOW_LAMP, END_OF_WINDOW};
 
 /// How a light casts points onto a plane: from the foot of a point at height h above the plane, the shadow is
 /// `x ↦ (x + h s) / (1 − h u)` from the plane's point nearest to the origin.
