@@ -76,8 +76,8 @@ fn opaque(cloud: &GaussianCloud) -> Vec<[f64; 3]> {
     centers.map(|(center, _)| center.map(f64::from)).collect()
 }
 
-/// Whether an object follows a law in the captured window and beyond: its shadow is where that has it, however
-/// far the law is trusted.
+/// Whether an object follows a law in the captured window and beyond: its shadow is where that has it,
+/// however far the law is trusted.
 fn has_law(object: &ObjectModel) -> bool {
     object.dynamics.generalised().is_some() && object.recording.is_none()
 }

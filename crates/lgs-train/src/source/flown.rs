@@ -151,8 +151,8 @@ mod tests {
         }
     }
 
-    /// Where a Gaussian beside the middle of a ball that turns about z at a rate comes to in half of the window,
-    /// by a motion that has learned nothing.
+    /// Where a Gaussian beside the middle of a ball that turns about z at a rate comes to in half of the
+    /// window, by a motion that has learned nothing.
     fn turned(rate: f32) -> [f32; 3] {
         let times: Vec<f32> = (0..=20).map(|i| 0.05 * i as f32).collect();
         let mut ball = Track::through(&times, &[[1.0, 0.0, 0.0]; 21], 0.5).expect("a path");
