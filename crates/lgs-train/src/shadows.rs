@@ -2,7 +2,7 @@
 //! sun or a lamp casts another object onto that.
 
 use glam::{DMat3, DVec2, DVec3};
-use lgs_core::geometry::{outer, principal_axes, wide};
+use lgs_core::geometry::{outer, principal_axes, trace, wide};
 use lgs_core::{GaussianCloud, median};
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::contact::planes;
@@ -101,23 +101,21 @@ impl Seen {
         let center = |at: &Vec<DVec3>| at.iter().sum::<DVec3>() / count;
         let centers: Vec<DVec3> = positions().map(center).collect();
         let mean = centers.iter().sum::<DVec3>() / centers.len() as f64;
-        let about = |middle: &dyn Fn(usize) -> DVec3| {
-            let of_sample = |(i, at): (usize, &Vec<DVec3>)| {
-                let offsets = at.iter().map(|p| p - middle(i));
-                offsets.fold(DMat3::ZERO, |sum, offset| sum + outer(offset, offset))
-            };
-            let sum = positions().enumerate().map(of_sample).fold(DMat3::ZERO, |sum, part| sum + part);
-            sum * (count * centers.len() as f64).recip()
+        let covariance = |offsets: &mut dyn Iterator<Item = DVec3>| {
+            offsets.fold(DMat3::ZERO, |sum, offset| sum + outer(offset, offset))
         };
-        let (about_centers, about_mean) = (about(&|i| centers[i]), about(&|_| mean));
-        Self { centers, about_centers, about_mean, mean }
+        let mut own = positions().zip(&centers).flat_map(|(at, center)| at.iter().map(move |p| p - center));
+        let about_centers = covariance(&mut own) * (count * centers.len() as f64).recip();
+        let of_centers =
+            covariance(&mut centers.iter().map(|center| center - mean)) * (centers.len() as f64).recip();
+        Self { about_mean: about_centers + of_centers, about_centers, centers, mean }
     }
 
     /// Normals and offsets of planes along which it moves: that in which all of it lies, if it is flat, and
     /// those of points at rest that it moves by.
     fn planes(&self, at_rest: &[[f64; 3]]) -> Vec<(DVec3, f64)> {
         let [.., (thickness, normal)] = principal_axes(&self.about_mean);
-        let extent: f64 = principal_axes(&self.about_centers).iter().map(|(variance, _)| variance).sum();
+        let extent = trace(&self.about_centers);
         let flat = (thickness <= FLAT * FLAT * extent).then(|| (normal, normal.dot(self.mean)));
         let extent = extent.sqrt();
         let near = |point: &&[f64; 3]| {

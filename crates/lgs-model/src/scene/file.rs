@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::recording_file::{insert_recording, read_recording};
-use super::{LagrangianScene, MotionConfig, ObjectContact, ObjectModel, Shadow};
+use super::{LagrangianScene, MotionConfig, ObjectContact, ObjectModel};
 use crate::shading::Shading;
 use crate::tensor_file::{TensorFile, TensorFileError};
 use lgs_core::{CloudError, GaussianCloud};
@@ -168,18 +168,12 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
         scene.contact = Some(read_contact(file, &scene)?);
     }
     if file.metadata(SHADOWS).is_ok() {
-        scene.shadows = read_shadows(file, &scene)?;
+        scene.shadows = file.metadata_json(SHADOWS)?;
+        if let Some(found) = scene.shadows.iter().find_map(|shadow| shadow.misfit(&scene)) {
+            return Err(file.field(SHADOWS, "objects of the scene, each cast by another", found).into());
+        }
     }
     Ok(scene)
-}
-
-fn read_shadows(file: &TensorFile, scene: &LagrangianScene) -> Result<Vec<Shadow>, TensorFileError> {
-    let shadows: Vec<Shadow> = file.metadata_json(SHADOWS)?;
-    let of_shadows = LagrangianScene { shadows: shadows.clone(), ..scene.clone() };
-    match shadows.iter().find_map(|shadow| shadow.misfit(&of_shadows)) {
-        Some(found) => Err(file.field(SHADOWS, "objects of the scene that cast others", found)),
-        None => Ok(shadows),
-    }
 }
 
 fn read_contact(file: &TensorFile, scene: &LagrangianScene) -> Result<ObjectContact, TensorFileError> {
