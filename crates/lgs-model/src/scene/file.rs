@@ -169,11 +169,16 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     }
     if file.metadata(SHADOWS).is_ok() {
         scene.shadows = file.metadata_json(SHADOWS)?;
-        if let Some(found) = scene.shadows.iter().find_map(|shadow| shadow.misfit(&scene)) {
-            return Err(file.field(SHADOWS, "objects of the scene, each cast by another", found).into());
-        }
+        check_shadows(file, &scene)?;
     }
     Ok(scene)
+}
+
+fn check_shadows(file: &TensorFile, scene: &LagrangianScene) -> Result<(), TensorFileError> {
+    match scene.shadows.iter().find_map(|shadow| shadow.misfit(scene)) {
+        Some(found) => Err(file.field(SHADOWS, "objects of the scene, each cast by another", found)),
+        None => Ok(()),
+    }
 }
 
 fn read_contact(file: &TensorFile, scene: &LagrangianScene) -> Result<ObjectContact, TensorFileError> {
