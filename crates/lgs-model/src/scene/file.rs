@@ -152,13 +152,12 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     let motion = read_motion(file)?;
     let objects = read_objects(file, dynamic_gaussians.len())?;
     let shading = Shading::read_from(file, static_gaussians.len() + dynamic_gaussians.len())?;
-    let contact = None;
     let mut scene = LagrangianScene {
         static_gaussians,
         dynamic_gaussians,
         velocities,
         objects,
-        contact,
+        contact: None,
         shadows: Vec::new(),
         shading,
         motion,
