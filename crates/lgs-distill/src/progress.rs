@@ -30,7 +30,7 @@ pub trait DistillObserver {
     fn progress(&mut self, _object: usize, _objects: usize, _progress: DistillProgress) {}
 
     /// Whether there is time to distil all objects another time, the `round`th (from the second on), after
-    /// those that no system follows have been dissolved.
+    /// those that are parts of others have been dissolved.
     fn has_time_for(&mut self, _round: usize) -> bool {
         true
     }

@@ -1,5 +1,5 @@
-//! Stage 1 for a whole scene: every object by itself or with another one that it acts on, and the objects
-//! that no system follows given up.
+//! Stage 1 for a whole scene: every object by itself or with another one that it acts on, and objects that
+//! are parts of others given up.
 
 use crate::config::{DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw};
@@ -25,10 +25,10 @@ pub struct SceneDistillation {
 /// Distils each object of a partition of the same particles. Two objects that act on each other, by a force
 /// or by a joint, become one.
 ///
-/// A group of particles that no system follows is no object, nor is one that its system forecasts badly while
-/// the motions of others explain it roughly: its particles go to the others or to rest, and all is distilled
-/// again, until something follows every object or none, or `observer` has no time for it. The partition
-/// returned is the one that came of it. Objects of the paper's networks all stay.
+/// A group of particles that its system does not describe, or forecasts badly, is no object if the motions of
+/// others explain it roughly: its particles go to the others or to rest, and all is distilled again, until there
+/// is no such group, or `observer` has no time for it. The partition returned is the one that came of it. Objects
+/// of the paper's networks all stay.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -53,7 +53,7 @@ pub fn distill_objects(
         if !kept.contains(&false) || !kept.contains(&true) || !observer.has_time_for(round) {
             return Ok(scene_of(trajectories, objects));
         }
-        tracing::debug!(?kept, "objects that no system follows are dissolved");
+        tracing::debug!(?kept, "objects that are parts of others are dissolved");
         let groups = partition.objects;
         let is_kept = |group: usize| {
             let of_object = |(object, kept): (&Object, &bool)| *kept && object.groups.contains(&group);
@@ -157,36 +157,47 @@ fn at_rest(trajectories: &Trajectories, partition: &Partition) -> Vec<[f64; 3]> 
     (0..trajectories.len()).filter(rests).map(mean).collect()
 }
 
-/// Which objects stay: those that their systems describe, or if all do, all but one that is a part of others.
+/// Which objects stay. Those go whose motion others explain roughly: all that their systems do not describe, or
+/// if there are none, the one that is forecast worst. What nothing else explains stays, whatever describes it.
 fn kept_objects(trajectories: &Trajectories, objects: &[Object]) -> Vec<bool> {
     let is_described = |object: &Object| {
         let report = object.distilled.report();
         report.window_error <= UNDESCRIBED_FRACTION * report.displacement
     };
-    let mut kept: Vec<bool> = objects.iter().map(is_described).collect();
-    if !kept.contains(&false)
-        && let Some(part) = part_of_others(trajectories, objects)
-    {
-        kept[part] = false;
+    let described: Vec<bool> = objects.iter().map(is_described).collect();
+    let others = if described.contains(&false) { described.clone() } else { vec![true; objects.len()] };
+    let is_part = |&o: &usize| is_part_of_others(trajectories, (objects, &others), o);
+    let doubtful = (0..objects.len()).filter(|&o| !described[o]);
+    let mut parts: Vec<usize> = doubtful.filter(is_part).collect();
+    if !described.contains(&false) {
+        parts.extend(forecast_worst(objects).filter(is_part));
     }
-    kept
+    (0..objects.len()).map(|o| !parts.contains(&o)).collect()
 }
 
-/// The object that is forecast worst, if that is badly and others explain it roughly.
-fn part_of_others(trajectories: &Trajectories, objects: &[Object]) -> Option<usize> {
+/// The object that is forecast worst, if that is badly.
+fn forecast_worst(objects: &[Object]) -> Option<usize> {
     let missed = |o: usize| {
         let report = objects[o].distilled.report();
         report.forecast_error.unwrap_or(0.0) / report.displacement.max(f64::MIN_POSITIVE)
     };
-    let worst = (0..objects.len())
-        .max_by(|&a, &b| missed(a).total_cmp(&missed(b)))
-        .filter(|&o| missed(o) > POOR_FORECAST_FRACTION)?;
-    let others = objects.iter().enumerate().filter(|(o, _)| *o != worst);
-    let bodies = |(_, object): (usize, &'_ Object)| {
+    let worst = (0..objects.len()).max_by(|&a, &b| missed(a).total_cmp(&missed(b)));
+    worst.filter(|&o| missed(o) > POOR_FORECAST_FRACTION)
+}
+
+/// Whether the motions of the bodies of some of the other objects explain an object roughly.
+fn is_part_of_others(
+    trajectories: &Trajectories,
+    (objects, others): (&[Object], &[bool]),
+    own: usize,
+) -> bool {
+    let others =
+        objects.iter().zip(others).enumerate().filter(|(o, (_, is_chosen))| **is_chosen && *o != own);
+    let bodies = |(_, (object, _)): (usize, (&'_ Object, &bool))| {
         object.distilled.ranges().into_iter().map(|rows| object.members[rows].to_vec()).collect::<Vec<_>>()
     };
     let others: Vec<Vec<usize>> = others.flat_map(bodies).collect();
-    let left = fraction_left_by_others(trajectories, &objects[worst].members, &others);
-    tracing::debug!(object = worst, missed = missed(worst), left, "forecast worst");
-    (left < LEFT_BY_OTHERS_FRACTION).then_some(worst)
+    let left = fraction_left_by_others(trajectories, &objects[own].members, &others);
+    tracing::debug!(object = own, left, "fraction of a doubtful object's motion that others leave");
+    left < LEFT_BY_OTHERS_FRACTION
 }

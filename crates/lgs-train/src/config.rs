@@ -169,8 +169,7 @@ impl TrainConfig {
             DynamicsKind::Networks => quick.with_networks(),
         };
         match preset {
-            Preset::Quick => chosen,
-            Preset::Standard => chosen.for_any_world(),
+            Preset::Quick | Preset::Standard => chosen.for_any_world(),
             Preset::Paper => chosen.trained_long(),
         }
     }

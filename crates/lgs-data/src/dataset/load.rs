@@ -1,5 +1,6 @@
 //! Loading of image sets: what is the same for all formats.
 
+use super::background;
 use super::error::{DatasetError, Problem};
 use super::fingerprint;
 use super::formats::DatasetFormat;
@@ -26,7 +27,8 @@ pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 pub struct LoadOptions {
     /// Layout of the folder. Default: the first of [`DatasetFormat::ALL`] that its contents fit.
     pub format: Option<DatasetFormat>,
-    /// White instead of black behind transparent pixels. Default: white.
+    /// White instead of black behind transparent pixels, and behind images without any whose borders agree on no
+    /// colour. Default: white.
     pub white_background: bool,
     /// Width to resize every image to, keeping the aspect. Default: native.
     pub resolution: Option<u32>,
@@ -108,11 +110,19 @@ impl Dataset {
             remarks,
             edits,
             camera_origin: format.camera_origin(root)?,
-            background: if options.white_background { [1.0; 3] } else { [0.0; 3] },
+            background: behind_images(root, format, options.white_background)?,
             init_points: format.points(root)?,
             fingerprint: fingerprint::of(root, format)?,
         })
     }
+}
+
+/// The colour behind everything: that of the borders of the training images where these have no transparency, else
+/// white or black. It is looked for in these whatever is loaded, so that all who read a set agree on it.
+fn behind_images(root: &Path, format: DatasetFormat, is_white: bool) -> Result<[f32; 3], DatasetError> {
+    let has_training = format.splits(root, None)?.iter().any(|name| name == "train");
+    let specs = if has_training { format.frames(root, "train")? } else { Vec::new() };
+    Ok(background::of_opaque_images(&specs).unwrap_or(if is_white { [1.0; 3] } else { [0.0; 3] }))
 }
 
 /// The remark that training images have times outside of the sequence, if some have. It spans [0, 1), but

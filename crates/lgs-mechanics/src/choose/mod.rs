@@ -87,7 +87,7 @@ impl Choice {
     #[must_use]
     pub fn explains(&self, judged: &Judged) -> bool {
         let Fitted { law, start, loss, .. } = &judged.fitted;
-        *loss <= explained(self.samples, law.unknown_count() + 2 * start.v.len())
+        *loss <= explained(self.samples, (law.unknown_count() + 2 * start.v.len()) as f64)
     }
 
     /// Whether the chosen law describes the window, by its χ².
@@ -131,13 +131,14 @@ pub fn fit(candidate: &Candidate, track: &Track, scales: &Scales) -> Option<Fitt
 
 /// χ² up to which a law explains a track: that of the degrees of freedom which its unknowns leave, and the
 /// scatter of that, `√(2 N)`, and once more for the noise, which is estimated from as many samples.
-fn explained(samples: f64, unknowns: usize) -> f64 {
-    (samples - unknowns as f64).max(0.0) + 2.0 * samples.sqrt()
+#[must_use]
+pub fn explained(samples: f64, unknowns: f64) -> f64 {
+    (samples - unknowns).max(0.0) + 2.0 * samples.sqrt()
 }
 
 /// Unknowns of a candidate with its start.
-fn unknowns(candidate: &Candidate) -> usize {
-    candidate.unknown_count() + 2 * candidate.coordinates.freedoms()
+fn unknowns(candidate: &Candidate) -> f64 {
+    (candidate.unknown_count() + 2 * candidate.coordinates.freedoms()) as f64
 }
 
 fn fit_with(candidate: &Candidate, track: &Track, scales: &Scales, effort: Effort) -> Option<Fitted> {

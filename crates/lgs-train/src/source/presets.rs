@@ -98,7 +98,7 @@ impl SourceConfig {
             initial_gaussians: 3000,
             initial_points: InitialPoints::Hull,
             initial_half_extent: 0.0,
-            near: DEFAULT_NEAR,
+            near: 0.0,
             antialias: Antialias::None,
             sh_degree: 1,
             views_per_coefficient: 0.0,
@@ -170,7 +170,6 @@ impl SourceConfig {
         Self {
             kind: SourceKind::Freegave,
             import: String::new(),
-            near: FREEGAVE_NEAR,
             deformation: DeformationConfig::freegave_quick(),
             velocity: Some(VelocityConfig::quick()),
             advection: Some(AdvectionConfig::quick()),
@@ -184,7 +183,7 @@ impl LearningRates {
     #[must_use]
     pub fn quick() -> Self {
         Self {
-            position_unit: 1.0,
+            position_unit: 0.0,
             position_start: 4e-4,
             position_end: 1e-5,
             position_steps: 0,

@@ -141,12 +141,14 @@ mod tests {
         assert!(standing.warmup_frames == WarmupFrames::First && standing.window_steps > 1);
         assert!(config.resolved(&DataSummary { times: 1, ..SET }).is_warmup(jumping.iterations));
         let quick = SourceConfig::quick();
+        let in_extents = position_unit(0.0, SET.extent);
+        let learning_rates = LearningRates { position_unit: in_extents, ..quick.learning_rates.clone() };
         assert_eq!(
             quick.resolved(&DataSummary { size: [160, 160], ..SET }),
-            SourceConfig { stretch: 1.0, cameras: CamerasConfig::off(), ..quick }
+            SourceConfig { stretch: 1.0, cameras: CamerasConfig::off(), learning_rates, ..quick }
         );
     }
 
-    use super::super::config_groups::DensifyConfig;
+    use super::super::config_groups::{DensifyConfig, LearningRates};
     use crate::cameras::CamerasConfig;
 }

@@ -44,17 +44,16 @@ impl SourceConfig {
     /// FreeGave for any set.
     #[must_use]
     pub fn freegave_standard() -> Self {
-        let Self { kind, near, deformation, velocity, advection, .. } = Self::freegave_quick();
-        Self { kind, near, deformation, velocity, advection, ..Self::standard() }
+        let Self { kind, deformation, velocity, advection, .. } = Self::freegave_quick();
+        Self { kind, deformation, velocity, advection, ..Self::standard() }
     }
 }
 
 impl LearningRates {
-    /// Values for any set: positions in units of the scene's extent.
+    /// Values for any set.
     #[must_use]
     pub fn standard() -> Self {
         Self {
-            position_unit: 0.0,
             position_start: 4e-4,
             position_end: 4e-6,
             while_growing: 1.0,

@@ -8,7 +8,7 @@ use super::posterior::{Compared, Posterior};
 use crate::motion::pose::Pose;
 use crate::thresholds::{MOST_GEOMETRIES, MOST_KINEMATIC, NO_RIVAL};
 use lgs_mechanics::bands::shares;
-use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, weights};
+use lgs_mechanics::choose::{Choice, DESCRIBED, Judged, explained, weights};
 use lgs_mechanics::fit::Fitted;
 
 /// A law with what speaks for it.
@@ -173,9 +173,13 @@ impl Rated {
         self.chi_square_of(self.best())
     }
 
+    /// The same of any law. Of few samples the unknowns leave less than the scatter of χ²: what explains the
+    /// poses to within that describes them.
     fn chi_square_of(&self, law: &RatedLaw) -> f64 {
-        let left = law.evidence.samples - unknowns(&self.systems[law.system], &law.judged);
-        law.evidence.chi_square / left.max(1.0)
+        let Evidence { chi_square, samples, .. } = law.evidence;
+        let unknowns = unknowns(&self.systems[law.system], &law.judged);
+        let left = (samples - unknowns).max(1.0);
+        chi_square / left.max(explained(samples, unknowns) / DESCRIBED)
     }
 }
 
