@@ -8,7 +8,7 @@ use crate::laws::generalised::Surroundings;
 use crate::object::{Prepared, couple};
 use crate::progress::DistillObserver;
 use crate::segmentation::partition::Partition;
-use crate::segmentation::regroup::{dissolve, fraction_left_by_others};
+use crate::segmentation::regroup::{Fate, dissolve, fraction_left_by_others};
 use crate::thresholds::{LEFT_BY_OTHERS_FRACTION, LIGHTEST, POOR_FORECAST_FRACTION, UNDESCRIBED_FRACTION};
 use crate::trajectories::{Trajectories, same_length};
 use rayon::prelude::*;
@@ -26,9 +26,9 @@ pub struct SceneDistillation {
 /// or by a joint, become one.
 ///
 /// A group of particles that its system does not describe, or forecasts badly, is no object if the motions of
-/// others explain it roughly: its particles go to the others or to rest, and all is distilled again, until there
-/// is no such group, or `observer` has no time for it. The partition returned is the one that came of it. Objects
-/// of the paper's networks all stay.
+/// others explain most of it: its particles go to the others or to rest. Of one that is not described they get
+/// what they explain in any case. All is distilled again, until nothing changes or `observer` has no time for it.
+/// The partition returned is the one that came of it. Objects of the paper's networks all stay.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -49,17 +49,18 @@ pub fn distill_objects(
             return Ok(scene_of(trajectories, objects));
         }
         round += 1;
-        let kept = kept_objects(trajectories, &objects);
-        if !kept.contains(&false) || !kept.contains(&true) || !observer.has_time_for(round) {
+        let fates = fates(trajectories, &objects);
+        let of_group = |group: usize| {
+            let own = objects.iter().zip(&fates).find(|(object, _)| object.groups.contains(&group));
+            own.map_or(Fate::Stays, |(_, fate)| *fate)
+        };
+        let groups: Vec<Fate> = (0..partition.objects).map(of_group).collect();
+        let next = dissolve(trajectories, &partition, &groups);
+        if next == partition || !observer.has_time_for(round) {
             return Ok(scene_of(trajectories, objects));
         }
-        tracing::debug!(?kept, "objects that are parts of others are dissolved");
-        let groups = partition.objects;
-        let is_kept = |group: usize| {
-            let of_object = |(object, kept): (&Object, &bool)| *kept && object.groups.contains(&group);
-            objects.iter().zip(&kept).any(of_object)
-        };
-        partition = dissolve(trajectories, &partition, &(0..groups).map(is_kept).collect::<Vec<_>>());
+        tracing::debug!(?fates, "objects that are parts of others are dissolved");
+        partition = next;
     }
 }
 
@@ -157,22 +158,23 @@ fn at_rest(trajectories: &Trajectories, partition: &Partition) -> Vec<[f64; 3]> 
     (0..trajectories.len()).filter(rests).map(mean).collect()
 }
 
-/// Which objects stay. Those go whose motion others explain roughly: all that their systems do not describe, or
-/// if there are none, the one that is forecast worst. What nothing else explains stays, whatever describes it.
-fn kept_objects(trajectories: &Trajectories, objects: &[Object]) -> Vec<bool> {
+/// What becomes of each object. One that its system does not describe goes if others explain most of it, and
+/// loses what others explain if that is less. If all are described, the one that is forecast worst goes if others
+/// explain it roughly. What nothing else explains stays, whatever describes it.
+fn fates(trajectories: &Trajectories, objects: &[Object]) -> Vec<Fate> {
     let is_described = |object: &Object| {
         let report = object.distilled.report();
         report.window_error <= UNDESCRIBED_FRACTION * report.displacement
     };
     let described: Vec<bool> = objects.iter().map(is_described).collect();
-    let others = if described.contains(&false) { described.clone() } else { vec![true; objects.len()] };
-    let is_part = |&o: &usize| is_part_of_others(trajectories, (objects, &others), o);
-    let doubtful = (0..objects.len()).filter(|&o| !described[o]);
-    let mut parts: Vec<usize> = doubtful.filter(is_part).collect();
-    if !described.contains(&false) {
-        parts.extend(forecast_worst(objects).filter(is_part));
-    }
-    (0..objects.len()).map(|o| !parts.contains(&o)).collect()
+    let worst = forecast_worst(objects).filter(|_| !described.contains(&false));
+    let others: Vec<bool> = (0..objects.len()).map(|o| described[o] && Some(o) != worst).collect();
+    let fate = |o: usize| match (others[o], is_part_of_others(trajectories, (objects, &others), o)) {
+        (false, true) => Fate::Goes,
+        (false, false) if !described[o] => Fate::LosesParts,
+        _ => Fate::Stays,
+    };
+    (0..objects.len()).map(fate).collect()
 }
 
 /// The object that is forecast worst, if that is badly.
@@ -185,18 +187,20 @@ fn forecast_worst(objects: &[Object]) -> Option<usize> {
     worst.filter(|&o| missed(o) > POOR_FORECAST_FRACTION)
 }
 
-/// Whether the motions of the bodies of some of the other objects explain an object roughly.
+/// Whether the motions of the bodies of some objects explain another one roughly.
 fn is_part_of_others(
     trajectories: &Trajectories,
     (objects, others): (&[Object], &[bool]),
     own: usize,
 ) -> bool {
-    let others =
-        objects.iter().zip(others).enumerate().filter(|(o, (_, is_chosen))| **is_chosen && *o != own);
-    let bodies = |(_, (object, _)): (usize, (&'_ Object, &bool))| {
+    if others[own] {
+        return false;
+    }
+    let bodies = |(object, _): (&'_ Object, &bool)| {
         object.distilled.ranges().into_iter().map(|rows| object.members[rows].to_vec()).collect::<Vec<_>>()
     };
-    let others: Vec<Vec<usize>> = others.flat_map(bodies).collect();
+    let chosen = objects.iter().zip(others).filter(|(_, is_chosen)| **is_chosen);
+    let others: Vec<Vec<usize>> = chosen.flat_map(bodies).collect();
     let left = fraction_left_by_others(trajectories, &objects[own].members, &others);
     tracing::debug!(object = own, left, "fraction of a doubtful object's motion that others leave");
     left < LEFT_BY_OTHERS_FRACTION

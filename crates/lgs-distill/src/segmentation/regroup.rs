@@ -16,6 +16,7 @@ use super::rigid_groups::{distinct_motions, median_fraction_left, motion_of, nea
 use crate::config::{PartitionConfig, PartitionMethod};
 use crate::error::DistillError;
 use crate::motion::pose::Pose;
+use crate::thresholds::LEFT_BY_OTHERS_FRACTION;
 use crate::trajectories::Trajectories;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -57,16 +58,36 @@ pub(crate) fn regroup(
     Ok(Partition::of_groups(groups, trajectories.len()))
 }
 
-/// The partition without the objects that `kept` denies: their particles go to the motion of another object,
-/// or to rest, whichever explains their paths better.
-pub(crate) fn dissolve(trajectories: &Trajectories, partition: &Partition, kept: &[bool]) -> Partition {
-    let motions = motions_of(trajectories, partition, |o| kept[o]);
-    let mut next = partition.with_only(kept);
-    let is_loose = |o: i32| usize::try_from(o).is_ok_and(|o| !kept[o]);
-    for (i, own) in next.object.iter_mut().enumerate().filter(|(i, _)| is_loose(partition.object[*i])) {
-        *own = nearest_motion(trajectories, i, &motions).map_or(-1, |(object, _)| object as i32);
+/// What becomes of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
+    Stays,
+    /// Particles whose paths the motion of an object that stays explains roughly go to that object.
+    LosesParts,
+    /// Its particles go to the motion of an object that stays, or to rest, whichever explains their paths better.
+    Goes,
+}
+
+/// The partition that the fates of its objects lead to.
+pub(crate) fn dissolve(trajectories: &Trajectories, partition: &Partition, fates: &[Fate]) -> Partition {
+    let staying: Vec<usize> = (0..partition.objects).filter(|&o| fates[o] == Fate::Stays).collect();
+    let motions: Vec<Vec<Pose>> =
+        staying.iter().map(|&o| motion_of(trajectories, &partition.members(o))).collect();
+    let mut next = partition.clone();
+    for (i, own) in next.object.iter_mut().enumerate() {
+        let Some(fate) = usize::try_from(*own).ok().map(|o| fates[o]) else { continue };
+        let nearest = || nearest_motion(trajectories, i, &motions);
+        let taken_by = match fate {
+            Fate::Stays => None,
+            Fate::LosesParts => nearest().filter(|(_, left)| *left < LEFT_BY_OTHERS_FRACTION),
+            Fate::Goes => nearest(),
+        };
+        if let Some((motion, _)) = taken_by {
+            *own = staying[motion] as i32;
+        }
     }
-    next
+    let remain: Vec<bool> = fates.iter().map(|fate| *fate != Fate::Goes).collect();
+    next.with_only(&remain)
 }
 
 /// The residual that the best motion of others leaves of the paths of some particles, as a part of the
@@ -78,16 +99,6 @@ pub(crate) fn fraction_left_by_others(
 ) -> f64 {
     let motions: Vec<Vec<Pose>> = others.iter().map(|members| motion_of(trajectories, members)).collect();
     median_fraction_left(trajectories, members, &motions)
-}
-
-/// Rigid motions of some of the objects.
-fn motions_of(
-    trajectories: &Trajectories,
-    partition: &Partition,
-    is_chosen: impl Fn(usize) -> bool,
-) -> Vec<Vec<Pose>> {
-    let chosen = (0..partition.objects).filter(|&o| is_chosen(o));
-    chosen.map(|o| motion_of(trajectories, &partition.members(o))).collect()
 }
 
 /// The particles that are regrouped.

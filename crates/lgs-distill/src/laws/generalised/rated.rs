@@ -194,10 +194,15 @@ mod tests {
 
     /// Laws on a hinge with a χ² for each independent sample, each so much less likely than the one before.
     fn rated(chi_square: f64, behind: &[f64]) -> Rated {
+        of_samples(SAMPLES, chi_square, behind)
+    }
+
+    /// The same of so many independent samples.
+    fn of_samples(samples: f64, chi_square: f64, behind: &[f64]) -> Rated {
         let coordinates = Coordinates::Hinge(Hinge { axis: [0.0, 0.0, 1.0], pivot: [0.0; 3] });
         let law = Law::new(coordinates.clone(), Vec::new(), Vec::new(), 0.01).expect("a law");
         let start = State { x: vec![0.0], v: vec![1.0] };
-        let loss = chi_square * SAMPLES;
+        let loss = chi_square * samples;
         let judged = |index: usize| Judged {
             index,
             fitted: Fitted {
@@ -211,7 +216,7 @@ mod tests {
             evidence: loss,
             simplicity: 0,
         };
-        let choice = Choice { judged: (0..behind.len()).map(judged).collect(), chosen: 0, samples: SAMPLES };
+        let choice = Choice { judged: (0..behind.len()).map(judged).collect(), chosen: 0, samples };
         let system = Configured {
             coordinates,
             x: vec![vec![0.0]],
@@ -222,7 +227,7 @@ mod tests {
         };
         let evidence = |_: &Configured, judged: &Judged| Evidence {
             chi_square: loss,
-            samples: SAMPLES,
+            samples,
             against: behind[judged.index],
         };
         Rated::new(vec![(system, choice)], &evidence).expect("laws")
@@ -239,5 +244,13 @@ mod tests {
         assert_eq!(due(5.0, 0.0), None);
         // What may become the likeliest law matters all the same.
         assert_eq!(due(5.0, 10.0), Some(1));
+    }
+
+    #[test]
+    fn a_law_that_explains_few_samples_describes_them() {
+        let chi_square = |samples: f64, each: f64| of_samples(samples, each, &[0.0]).chi_square();
+        // The start has two unknowns, beside which three samples leave one.
+        assert!(chi_square(3.0, 0.9) <= DESCRIBED && chi_square(3.0, 3.0) > DESCRIBED);
+        assert!((chi_square(SAMPLES, 0.9) - 90.0 / 98.0).abs() < 1e-12);
     }
 }
