@@ -43,7 +43,8 @@ pub(crate) const HIGHEST_DEGREE: usize = 14;
 pub(crate) const NOISE_DEVIATIONS: f64 = 3.0;
 /// A group of which its own motion leaves more than this fraction of the displacement is no rigid body …
 pub(crate) const UNEXPLAINED_FRACTION: f64 = 0.12;
-/// … and, if this many of it would not make up all moving particles, no soft body either, but outliers.
+/// … and, if this many of it would not make up all moving particles, no soft body either, but outliers; nor
+/// does a change of objects matter that is no larger.
 pub(crate) const OUTLIER_SHARE: usize = 20;
 /// Groups are merged if a motion of both leaves of each at most this many times its own residual, and
 /// [`RESIDUAL_TOLERANCE`]: one motion for two groups has half as many unknowns per particle.

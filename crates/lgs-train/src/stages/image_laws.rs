@@ -14,7 +14,9 @@ use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
-use super::recorded_bodies::{bodies_of, has_law, recorded, with_poses_of_images, with_recorded_bodies};
+use super::recorded_bodies::{
+    bodies_of, has_law, has_parts, recorded, with_poses_of_images, with_recorded_bodies,
+};
 use super::recorder::parts;
 use super::thresholds::ROUNDS_OF_HITS;
 use crate::thresholds::MOST_BELOW_SOURCE;
@@ -169,10 +171,14 @@ impl Offer {
         bodies: Vec<BodyPoses>,
         LawChoice { config, seed, .. }: LawChoice<'_>,
     ) -> Self {
+        let own = &scene.objects[object];
+        let end = bodies.first().and_then(|body| body.times.last()).copied().unwrap_or_default();
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
+        // In the place of laws of parts one of all the window has to forecast.
+        let is_enough = |law: &DistilledLaw| !has_parts(own) || law.known.trusted[1] > end;
         let is_law =
-            |law: &DistilledLaw| has_law(&scene.objects[object]) || law.known.verdict != Verdict::Outside;
+            |law: &DistilledLaw| has_law(own) || (law.known.verdict != Verdict::Outside && is_enough(law));
         Self { object, law: found.filter(is_law), parts: None }
     }
 
@@ -195,7 +201,7 @@ impl Offer {
         let is_trusted = known.is_some_and(|(_, known)| known.trusted[1] > end);
         // A law through hits of which others tell needs no parts.
         let is_hit = !body.hits.is_empty() && self.law_of_window().is_some_and(is_struck);
-        if sought != Sought::All || is_trusted || is_hit {
+        if sought != Sought::All || is_trusted || is_hit || has_parts(own) {
             return self;
         }
         let impacts = known.map_or_else(Vec::new, |(law, known)| known_impacts(law, known));

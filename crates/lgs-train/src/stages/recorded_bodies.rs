@@ -20,16 +20,18 @@ pub(super) fn has_law(object: &ObjectModel) -> bool {
     own_law(object).is_some()
 }
 
+/// Whether an object moves by laws of parts of the window.
+pub(super) fn has_parts(object: &ObjectModel) -> bool {
+    object.recording.as_ref().is_some_and(Recording::has_parts)
+}
+
 /// The bodies as which each object moves, by its index: those of its law, or itself as one; objects are
-/// left out that are too small to tell how they turn, or move by laws of parts of the window already.
+/// left out that are too small to tell how they turn, or are held by a hand.
 pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, Vec<Part>)> {
     let poses = ImagePoses::new(scene, times);
     let of_object = |(index, object): (usize, &ObjectModel)| {
-        let is_settled = object
-            .recording
-            .as_ref()
-            .is_some_and(|recording| recording.has_parts() || recording.is_handled());
-        let is_body = has_law(object) || (!is_settled && object.members.len() >= FEWEST_OF_BODY);
+        let is_handled = object.recording.as_ref().is_some_and(Recording::is_handled);
+        let is_body = has_law(object) || (!is_handled && object.members.len() >= FEWEST_OF_BODY);
         let part = |rows| Part { rows, deforms: object.deforms() };
         let mut parts: Vec<Part> = rows_of_parts(object).into_iter().map(part).collect();
         if !has_law(object) {
@@ -62,9 +64,8 @@ pub(super) fn with_recorded_bodies(
 }
 
 /// A scene, which draws the frames with a squared error, with the poses that images show in place of the
-/// motion of each object that no law moves, where
-/// they explain nearly all that its motion does; other objects without a law are no bodies, and are left out
-/// of `bodies`. Until the Gaussians are tuned to a body, it draws the images worse than tracks do that have
+/// motion of each object that no law moves, of all the window or of parts, where they explain nearly all that its
+/// motion does; other objects without a law are no bodies, and are left out of `bodies`. Until the Gaussians are tuned to a body, it draws the images worse than tracks do that have
 /// been fitted with them.
 pub(super) fn with_poses_of_images(
     (scene, error): (&LagrangianScene, f64),
@@ -74,7 +75,7 @@ pub(super) fn with_poses_of_images(
     let mut posed = scene.clone();
     bodies.retain(|(index, bodies)| {
         let [body] = bodies.as_slice() else { return true };
-        if has_law(&scene.objects[*index]) {
+        if has_law(&scene.objects[*index]) || has_parts(&scene.objects[*index]) {
             return true;
         }
         let mut alone = scene.clone();
