@@ -186,7 +186,7 @@ impl TrainConfig {
         }
     }
 
-    /// Rates of positions that follow the extent of the scene.
+    /// Rates of positions that follow the size of the scene.
     fn for_any_world(self) -> Self {
         let any_world = |config: TuneGaussiansConfig| TuneGaussiansConfig { position_unit: 0.0, ..config };
         Self {

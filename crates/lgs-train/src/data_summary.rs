@@ -15,8 +15,8 @@ pub struct DataSummary {
     pub times: usize,
     /// Points that the set ships.
     pub points: usize,
-    /// Extent of the scene, world units (method §1).
-    pub extent: f32,
+    /// Distance of the cameras from what they look at, world units.
+    pub viewing_distance: f32,
     /// Where poses come from.
     pub cameras: CameraOrigin,
 }
@@ -33,7 +33,7 @@ impl DataSummary {
             views: distinct(frames, |frame| frame.camera_id),
             times: distinct(frames, |frame| frame.time.to_bits() as usize),
             points: dataset.init_points.as_ref().map_or(0, |points| points.positions.len()),
-            extent: dataset.extent(),
+            viewing_distance: dataset.viewing_distance(),
             cameras: dataset.camera_origin,
         })
     }
@@ -61,7 +61,7 @@ impl DataSummary {
         views: 50,
         times: 50,
         points: 0,
-        extent: 4.4,
+        viewing_distance: 4.0,
         cameras: CameraOrigin::Exact,
     };
 }

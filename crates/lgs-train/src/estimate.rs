@@ -133,7 +133,7 @@ impl StepCosts {
 fn stages(config: &TrainConfig, data: &DataSummary, costs: &StepCosts) -> Vec<(Stage, f64)> {
     let step = costs.still;
     let gaussians = |c: &crate::stages::TuneGaussiansConfig| {
-        step * c.resolved(data.size[0], data.extent).iterations as f64
+        step * c.resolved(data.size[0], data.viewing_distance).iterations as f64
     };
     let fit = &config.fit_dynamics;
     let frames = if fit.frames == 0 { data.images } else { fit.frames.min(data.images) };

@@ -158,8 +158,8 @@ pub(crate) const PROPOSED_SCALE: f32 = 0.5;
 pub(crate) const REFERENCE_WIDTH: f32 = 160.0;
 /// Largest factor by which larger images multiply iterations: it bounds the time that training takes.
 pub(crate) const MAX_STRETCH: f32 = 3.0;
-/// Extent of the published synthetic scenes, whose cameras stand 4 units from the centre, world units.
-pub(crate) const REFERENCE_EXTENT: f32 = 4.4;
+/// Distance of the cameras of the published synthetic scenes from their centre, world units.
+pub(crate) const REFERENCE_DISTANCE: f32 = 4.0;
 /// Least width of images of a coarse level, pixels: on fewer, silhouettes are all that is left.
 pub(crate) const COARSEST_WIDTH: u32 = 100;
 /// Part of the largest number of Gaussians that random first points may be: with a full budget from the start

@@ -85,7 +85,7 @@ fn images(scene: &LagrangianScene) -> Vec<Frame> {
 }
 
 fn data<'a>(frames: &'a [Frame], device: &'a Device) -> TrainingData<'a> {
-    TrainingData { frames, extent: 4.4, seed: 0, device }
+    TrainingData { frames, viewing_distance: 4.0, seed: 0, device }
 }
 
 /// Largest distance of a mean from where it belongs.

@@ -85,22 +85,34 @@ impl Dataset {
     /// densification are in this unit.
     #[must_use]
     pub fn extent(&self) -> f32 {
-        let split = if self.splits.contains_key("train") {
-            Some("train")
-        } else {
-            self.splits.keys().next().map(String::as_str)
-        };
-        camera_extent(self.split(split.unwrap_or("train")))
+        camera_extent(self.split(self.first_split()))
+    }
+
+    /// Median distance of the training cameras from what they look at, world units; 0 without images. Other than
+    /// the extent it does not depend on how far around the scene they stand.
+    #[must_use]
+    pub fn viewing_distance(&self) -> f32 {
+        let frames = self.cameras(self.first_split());
+        let views: Vec<(Vec3, Vec3, f32)> = frames.iter().map(|frame| view_of(&frame.camera)).collect();
+        if views.is_empty() {
+            return 0.0;
+        }
+        let center = point_nearest_to_axes(&views);
+        let mut distances: Vec<f32> = views.iter().map(|view| view.0.distance(center)).collect();
+        distances.sort_by(f32::total_cmp);
+        distances[distances.len() / 2]
+    }
+
+    /// The training split, else the first one.
+    fn first_split(&self) -> &str {
+        let first = || self.splits.keys().next().map_or("train", String::as_str);
+        if self.splits.contains_key("train") { "train" } else { first() }
     }
 
     /// The cube that the training cameras look at.
     #[must_use]
     pub fn scene_box(&self) -> SceneBox {
-        let frames = self.cameras(if self.splits.contains_key("train") {
-            "train"
-        } else {
-            self.splits.keys().next().map_or("train", String::as_str)
-        });
+        let frames = self.cameras(self.first_split());
         let views: Vec<(Vec3, Vec3, f32)> = frames.iter().map(|frame| view_of(&frame.camera)).collect();
         if views.is_empty() {
             return SceneBox { center: [0.0; 3], half_side: 1.0 };

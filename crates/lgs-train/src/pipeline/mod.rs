@@ -191,7 +191,7 @@ impl Pipeline<'_> {
     fn training_data(&self) -> TrainingData<'_> {
         TrainingData {
             frames: self.dataset.split("train"),
-            extent: self.dataset.extent(),
+            viewing_distance: self.dataset.viewing_distance(),
             seed: self.config.seed,
             device: self.device,
         }

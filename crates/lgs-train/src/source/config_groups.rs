@@ -65,8 +65,8 @@ impl Antialias {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LearningRates {
-    /// World units that rates of positions are in (paper: 1); 0: the scene's extent over 4.4, that of the
-    /// published scenes, so that rates do not depend on the world's scale.
+    /// World units that rates of positions are in (paper: 1); 0: the cameras' distance from what they look at
+    /// over 4, that of the published scenes, so that rates do not depend on the world's scale.
     pub position_unit: f64,
     /// Rate of positions at the start, world units per step (paper: 8e-4).
     pub position_start: f64,

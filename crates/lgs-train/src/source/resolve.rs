@@ -5,7 +5,7 @@ use super::config_groups::WarmupFrames;
 use crate::data_summary::DataSummary;
 use crate::thresholds::{
     COARSEST_WIDTH, FEWEST_BUDGETED, FIRST_SHARE, FIRST_VIEWPOINTS, MAX_STRETCH, MOST_BUDGETED,
-    REFERENCE_EXTENT, REFERENCE_WIDTH,
+    REFERENCE_DISTANCE, REFERENCE_WIDTH,
 };
 
 /// The factor of all counts of iterations: the one given or, if that is 0, one that follows from the images'
@@ -16,13 +16,13 @@ pub(crate) fn stretch_factor(given: f32, width: u32) -> f64 {
 }
 
 /// The unit of rates of positions, world units: the one given or, if that is 0, one that follows from the
-/// scene's extent.
+/// distance of the cameras from what they look at.
 #[must_use]
-pub(crate) fn position_unit(given: f64, extent: f32) -> f64 {
-    if given > 0.0 || extent <= 0.0 {
+pub(crate) fn position_unit(given: f64, viewing_distance: f32) -> f64 {
+    if given > 0.0 || viewing_distance <= 0.0 {
         given.max(f64::MIN_POSITIVE)
     } else {
-        f64::from(extent / REFERENCE_EXTENT)
+        f64::from(viewing_distance / REFERENCE_DISTANCE)
     }
 }
 
@@ -33,7 +33,7 @@ impl SourceConfig {
     pub fn resolved(&self, data: &DataSummary) -> Self {
         let mut config = self.stretched(data.size[0]);
         let rates = &mut config.learning_rates;
-        let unit = position_unit(rates.position_unit, data.extent);
+        let unit = position_unit(rates.position_unit, data.viewing_distance);
         (rates.position_start, rates.position_end) = (unit * rates.position_start, unit * rates.position_end);
         rates.position_unit = 1.0;
         let densify = &mut config.densify;
@@ -112,7 +112,7 @@ mod tests {
         let config = SourceConfig::standard();
         let of = |data: DataSummary| config.resolved(&data);
         assert_eq!(of(SET).resolved(&SET), of(SET), "once");
-        let far = of(DataSummary { extent: 440.0, ..SET });
+        let far = of(DataSummary { viewing_distance: 400.0, ..SET });
         let rate = |c: &SourceConfig| c.position_rate(c.iterations);
         assert!((rate(&far) / rate(&of(SET)) - 100.0).abs() < 1e-3);
         let budget = |size| of(DataSummary { size, ..SET }).densify.max_gaussians;
@@ -141,8 +141,8 @@ mod tests {
         assert!(standing.warmup_frames == WarmupFrames::First && standing.window_steps > 1);
         assert!(config.resolved(&DataSummary { times: 1, ..SET }).is_warmup(jumping.iterations));
         let quick = SourceConfig::quick();
-        let in_extents = position_unit(0.0, SET.extent);
-        let learning_rates = LearningRates { position_unit: in_extents, ..quick.learning_rates.clone() };
+        let position_unit = position_unit(0.0, SET.viewing_distance);
+        let learning_rates = LearningRates { position_unit, ..quick.learning_rates.clone() };
         assert_eq!(
             quick.resolved(&DataSummary { size: [160, 160], ..SET }),
             SourceConfig { stretch: 1.0, cameras: CamerasConfig::off(), learning_rates, ..quick }

@@ -230,11 +230,12 @@ impl TuneGaussiansConfig {
         }
     }
 
-    /// The configuration for images of a width and a scene of an extent, with the iterations multiplied out.
+    /// The configuration for images of a width and cameras at a distance from what they look at, with the
+    /// iterations multiplied out.
     #[must_use]
-    pub fn resolved(&self, width: u32, extent: f32) -> Self {
+    pub fn resolved(&self, width: u32, viewing_distance: f32) -> Self {
         let factor = stretch_factor(self.stretch, width);
-        let unit = position_unit(self.position_unit, extent);
+        let unit = position_unit(self.position_unit, viewing_distance);
         let iterations = (self.iterations as f64 * factor).round() as usize;
         Self {
             stretch: 1.0,

@@ -53,8 +53,8 @@ use lgs_model::{TensorFile, TensorFileError};
 pub struct TrainingData<'a> {
     /// Training frames.
     pub frames: &'a [Frame],
-    /// Extent of the scene, world units.
-    pub extent: f32,
+    /// Distance of the cameras from what they look at, world units.
+    pub viewing_distance: f32,
     /// Seed of the run.
     pub seed: u64,
     /// Device without autodiff.

@@ -89,8 +89,8 @@ impl<'a> TuneGaussians<'a> {
         data: TrainingData<'a>,
         config: &TuneGaussiansConfig,
     ) -> Self {
-        let TrainingData { frames, extent, seed, device } = data;
-        let config = config.resolved(frames.first().map_or(0, |f| f.camera.width), extent);
+        let TrainingData { frames, viewing_distance, seed, device } = data;
+        let config = config.resolved(frames.first().map_or(0, |f| f.camera.width), viewing_distance);
         let is_trained = !frames.is_empty() && !scene.is_empty();
         Self {
             stage,
