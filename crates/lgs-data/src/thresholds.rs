@@ -70,11 +70,11 @@ pub(crate) const CENTER_PULL: f32 = 1e-3;
 /// Difference of a channel below which an opaque pixel shows the background: ten of 255 levels, above the
 /// noise of compression.
 pub(crate) const BACKGROUND_TOLERANCE: f32 = 10.0 / 255.0;
-/// Images whose borders are looked at for a colour behind everything: as many as there are viewpoints in a usual
-/// set; more say the same.
+/// Images whose borders are looked at for a colour behind everything: as many as there are viewpoints in a
+/// usual set; more say the same.
 pub(crate) const BORDER_IMAGES: usize = 12;
-/// Part of the border pixels that must show one colour before that is the background: things may stand out of the
-/// picture, but a floor that meets a sky takes half of a border.
+/// Part of the border pixels that must show one colour before that is the background: things may stand out of
+/// the picture, but a floor that meets a sky takes half of a border.
 pub(crate) const BORDER_SHARE: f64 = 0.75;
 /// Candidates tried per point asked for before carving gives up: silhouettes that share less than a
 /// two-hundredth of the box say too little.

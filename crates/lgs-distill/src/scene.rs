@@ -28,9 +28,9 @@ pub struct SceneDistillation {
 /// or by a joint, become one.
 ///
 /// A group of particles that its system does not describe, or forecasts badly, is no object if the motions of
-/// others explain most of it: its particles go to the others or to rest. Of one that is not described they get
-/// what they explain in any case. All is distilled again, until little changes or `observer` has no time for it.
-/// The partition returned is the one that came of it. Objects of the paper's networks all stay.
+/// others explain most of it: its particles go to the others or to rest. Of one that is not described they
+/// get what they explain in any case. All is distilled again, until little changes or `observer` has no time
+/// for it. The partition returned is the one that came of it. Objects of the paper's networks all stay.
 ///
 /// # Errors
 /// If trajectories or configuration are malformed, or a fit left the finite numbers.
@@ -59,8 +59,10 @@ pub fn distill_objects(
         let groups: Vec<Fate> = (0..partition.objects).map(of_group).collect();
         let next = dissolve(trajectories, &partition, &groups);
         let changed = next.object.iter().zip(&partition.object).filter(|(next, own)| next != own).count();
-        // A few particles that change their object change no law.
-        let is_settled = !fates.contains(&Fate::Goes) && changed * OUTLIER_SHARE <= partition.moving();
+        // Particles change their object in the first round alone, lest they go back and forth, and a few of
+        // them change no law.
+        let is_same = round > 2 || changed * OUTLIER_SHARE <= partition.moving();
+        let is_settled = is_same && !fates.contains(&Fate::Goes);
         if is_settled || !observer.has_time_for(round) {
             return Ok(scene_of(trajectories, objects));
         }
@@ -164,8 +166,8 @@ fn at_rest(trajectories: &Trajectories, partition: &Partition) -> Vec<[f64; 3]> 
 }
 
 /// What becomes of each object. One that its system does not describe goes if others explain most of it, and
-/// loses what others explain if that is less. If all are described, the one that is forecast worst goes if others
-/// explain it roughly. What nothing else explains stays, whatever describes it.
+/// loses what others explain if that is less. If all are described, the one that is forecast worst goes if
+/// others explain it roughly. What nothing else explains stays, whatever describes it.
 fn fates(trajectories: &Trajectories, objects: &[Object]) -> Vec<Fate> {
     let is_described = |object: &Object| {
         let report = object.distilled.report();

@@ -79,7 +79,8 @@ fn subject(args: &Args) -> Result<Subject> {
     let source = if source_path.exists() { Some(load_source(&source_path).at(&source_path)?) } else { None };
     let mut missing = Vec::new();
     let has_scene = folder.scene_path().exists();
-    let run = if has_scene { Run::open(&args.run)? } else { unfinished(folder, config, source.as_deref())? };
+    let mut run =
+        if has_scene { Run::open(&args.run)? } else { unfinished(folder, config, source.as_deref())? };
     if !has_scene {
         missing.push("training is not finished: this is the source model alone".to_owned());
     }
@@ -87,6 +88,9 @@ fn subject(args: &Args) -> Result<Subject> {
         missing.push("the run has no source model".to_owned());
     }
     let dataset = if args.no_images { None } else { dataset(&run, args.data.as_deref(), &mut missing)? };
+    if let Some(dataset) = dataset.as_ref().filter(|_| !has_scene) {
+        run.scene.background = dataset.background;
+    }
     let cameras = match &dataset {
         Some(dataset) => {
             dataset.cameras("train").iter().map(|frame| (frame.name.clone(), frame.camera)).collect()

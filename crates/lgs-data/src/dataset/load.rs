@@ -27,8 +27,8 @@ pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 pub struct LoadOptions {
     /// Layout of the folder. Default: the first of [`DatasetFormat::ALL`] that its contents fit.
     pub format: Option<DatasetFormat>,
-    /// White instead of black behind transparent pixels, and behind images without any whose borders agree on no
-    /// colour. Default: white.
+    /// White instead of black behind transparent pixels, and behind images without any whose borders agree on
+    /// no colour. Default: white.
     pub white_background: bool,
     /// Width to resize every image to, keeping the aspect. Default: native.
     pub resolution: Option<u32>,
@@ -117,8 +117,8 @@ impl Dataset {
     }
 }
 
-/// The colour behind everything: that of the borders of the training images where these have no transparency, else
-/// white or black. It is looked for in these whatever is loaded, so that all who read a set agree on it.
+/// The colour behind everything: that of the borders of the training images where these have no transparency,
+/// else white or black. It is looked for in these whatever is loaded, so that all who read a set agree on it.
 fn behind_images(root: &Path, format: DatasetFormat, is_white: bool) -> Result<[f32; 3], DatasetError> {
     let has_training = format.splits(root, None)?.iter().any(|name| name == "train");
     let specs = if has_training { format.frames(root, "train")? } else { Vec::new() };

@@ -10,9 +10,9 @@
 //! `import.rs` writes one. `formats/` has one reader per format, `transforms.rs` the JSON that several of
 //! them share, `frame_spec.rs` the description of a frame by a reader; `npy.rs`, `times.rs`, `poses.rs`,
 //! `lens.rs` and `videos.rs` help readers. `pixels.rs` decodes images, `undistort.rs` takes lenses out of
-//! them, `background.rs` finds the colour behind opaque ones, `points.rs`, `hull.rs` and `surfaces.rs` make the
-//! positions of the first Gaussians, `pose_check.rs` names poses that cannot be right, `fingerprint.rs` tells one set
-//! from another.
+//! them, `background.rs` finds the colour behind opaque ones, `points.rs`, `hull.rs` and `surfaces.rs` make
+//! the positions of the first Gaussians, `pose_check.rs` names poses that cannot be right, `fingerprint.rs`
+//! tells one set from another.
 
 mod background;
 mod error;

@@ -88,8 +88,8 @@ impl Dataset {
         camera_extent(self.split(self.first_split()))
     }
 
-    /// Median distance of the training cameras from what they look at, world units; 0 without images. Other than
-    /// the extent it does not depend on how far around the scene they stand.
+    /// Median distance of the training cameras from what they look at, world units; 0 without images. Other
+    /// than the extent it does not depend on how far around the scene they stand.
     #[must_use]
     pub fn viewing_distance(&self) -> f32 {
         let frames = self.cameras(self.first_split());

@@ -64,7 +64,8 @@ pub(crate) enum Fate {
     Stays,
     /// Particles whose paths the motion of an object that stays explains roughly go to that object.
     LosesParts,
-    /// Its particles go to the motion of an object that stays, or to rest, whichever explains their paths better.
+    /// Its particles go to the motion of an object that stays, or to rest, whichever explains their paths
+    /// better.
     Goes,
 }
 

@@ -64,9 +64,9 @@ pub(super) fn with_recorded_bodies(
 }
 
 /// A scene, which draws the frames with a squared error, with the poses that images show in place of the
-/// motion of each object that no law moves, of all the window or of parts, where they explain nearly all that its
-/// motion does; other objects without a law are no bodies, and are left out of `bodies`. Until the Gaussians are tuned to a body, it draws the images worse than tracks do that have
-/// been fitted with them.
+/// motion of each object that no law moves, of all the window or of parts, where they explain nearly all that
+/// its motion does; other objects without a law are no bodies, and are left out of `bodies`. Until the
+/// Gaussians are tuned to a body, it draws the images worse than tracks do that have been fitted with them.
 pub(super) fn with_poses_of_images(
     (scene, error): (&LagrangianScene, f64),
     bodies: &mut Vec<(usize, Vec<BodyPoses>)>,
