@@ -184,7 +184,7 @@ impl LearningRates {
     pub fn quick() -> Self {
         Self {
             position_unit: 0.0,
-            position_start: 4e-4,
+            position_start: 2e-4,
             position_end: 1e-5,
             position_steps: 0,
             sh: 5e-3,
