@@ -176,10 +176,16 @@ fn fates(trajectories: &Trajectories, objects: &[Object]) -> Vec<Fate> {
     let described: Vec<bool> = objects.iter().map(is_described).collect();
     let worst = forecast_worst(objects).filter(|_| !described.contains(&false));
     let others: Vec<bool> = (0..objects.len()).map(|o| described[o] && Some(o) != worst).collect();
-    let fate = |o: usize| match (others[o], is_part_of_others(trajectories, (objects, &others), o)) {
-        (false, true) => Fate::Goes,
-        (false, false) if !described[o] => Fate::LosesParts,
-        _ => Fate::Stays,
+    let fate = |o: usize| {
+        if others[o] {
+            Fate::Stays
+        } else if is_part_of_others(trajectories, (objects, &others), o) {
+            Fate::Goes
+        } else if described[o] {
+            Fate::Stays
+        } else {
+            Fate::LosesParts
+        }
     };
     (0..objects.len()).map(fate).collect()
 }
@@ -200,9 +206,6 @@ fn is_part_of_others(
     (objects, others): (&[Object], &[bool]),
     own: usize,
 ) -> bool {
-    if others[own] {
-        return false;
-    }
     let bodies = |(object, _): (&'_ Object, &bool)| {
         object.distilled.ranges().into_iter().map(|rows| object.members[rows].to_vec()).collect::<Vec<_>>()
     };
