@@ -4,10 +4,11 @@
 //! what the choices of laws that come after it are going to take. From then on its schedule runs with time:
 //! about once a second the pace is set such that the schedule ends at the deadline if steps go on taking as
 //! long as the last ones did, of which the newer count more. All paces are recorded in `schedule.json`, by
-//! the step from which they hold. A run that is resumed follows the record as far as it goes, so it repeats
-//! what was done exactly, whatever the machine does; beyond, it looks at the time again. Whether there was
-//! time to tune the Gaussians, to seek laws by the images for objects that have none, and for another round
-//! of stage 1 is recorded too.
+//! the step from which they hold. Stage 3 has a part of the budget even where nothing is left of it. A run
+//! that is resumed follows the record as far as it goes, so it repeats what was done exactly, whatever the
+//! machine does; beyond, it looks at the time again. Whether there was time to refine the Gaussians, to seek
+//! laws by the images for objects that have none and after stage 3, and for another round of stage 1 is
+//! recorded too.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,8 +21,8 @@ use crate::config::LastStage;
 use crate::error::TrainError;
 use crate::schedule::{Pace, Schedule, read_schedule};
 use crate::thresholds::{
-    DISTILL_SHARE, LAST_STAGE_SHARE, LEAST_SHARE, NEWEST_WEIGHT, PACE_SECS, PACE_STEPS, REFINEMENT_SHARE,
-    SLOWEST_PACE, SOURCE_SHARE,
+    DISTILL_SHARE, LAST_STAGE_GRACE, LAST_STAGE_SHARE, LEAST_SHARE, NEWEST_WEIGHT, PACE_SECS, PACE_STEPS,
+    REFINEMENT_SHARE, SLOWEST_PACE, SOURCE_SHARE,
 };
 
 /// The time that a run has, and what became of it.
@@ -79,7 +80,8 @@ impl Budget {
     pub(crate) fn begin(&mut self, stage: Stage, last: LastStage) {
         let used = self.used();
         let available = (self.left() - self.reserve(stage)).max(0.0);
-        let deadline = used + share(stage, last) * available;
+        let least = if stage == Stage::TuneGaussians { LAST_STAGE_GRACE * self.secs } else { 0.0 };
+        let deadline = used + (share(stage, last) * available).max(least);
         self.current = Some(Current { stage, begun: used, deadline, since: used, steps: 0, step_secs: None });
     }
 

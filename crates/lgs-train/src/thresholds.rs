@@ -24,6 +24,9 @@ pub(crate) const LAST_STAGE_SHARE: f64 = 0.93;
 /// as long as its rates allow, whatever the gradient, and a scene that ends after a dozen of them is worse
 /// than before by many decibels.
 pub(crate) const LEAST_SHARE: f64 = 0.02;
+/// Part of the budget that the last stage has, however late it is: Gaussians that are tuned to a source draw
+/// laws chosen by the images worse than that source, by decibels.
+pub(crate) const LAST_STAGE_GRACE: f64 = 0.05;
 /// Seconds over which steps are timed before a pace is set: a thousandth of a budget of a quarter of an hour,
 /// and above the resolution of any clock.
 pub(crate) const PACE_SECS: f64 = 1.0;

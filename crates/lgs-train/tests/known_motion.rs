@@ -254,3 +254,26 @@ fn a_law_of_two_bodies_is_put_right_by_the_images_of_both() {
     assert!((law.parameters[4] - 30.0).abs() < 1.5, "{law:?}");
     assert!(distance(&found, &truth) < 0.01, "{}", distance(&found, &truth));
 }
+
+#[test]
+fn gaussians_are_not_refined_to_a_motion_that_slips() {
+    let truth = turning_bar();
+    let (frames, device) = (images(&truth), DeviceName::Cpu.device());
+    let mut slipping = truth.clone();
+    slipping.velocities.iter_mut().for_each(|v| *v = v.map(|x| 0.8 * x));
+    let config = TuneGaussiansConfig { iterations: 300, ..TuneGaussiansConfig::default() };
+    let mut stage = TuneGaussians::refinement(slipping, data(&frames, &device), &config);
+    while !stage.is_finished() {
+        stage.step();
+    }
+    let refined = stage.scene();
+    let drawn = LagrangianScene { dynamic_gaussians: refined.dynamic_gaussians, ..truth };
+    let drawn_images = images(&drawn);
+    let mse = drawn_images.iter().zip(&frames).map(|(a, b)| {
+        let pairs =
+            a.composited(drawn.background).pixels.into_iter().zip(b.composited(drawn.background).pixels);
+        pairs.map(|(a, b)| norm(sub(a, b)).powi(2) / 3.0).sum::<f32>() / 1600.0
+    });
+    let psnr = -10.0 * (mse.sum::<f32>() / frames.len() as f32).log10();
+    assert!(psnr > 33.0, "the true motion of the refined Gaussians: {psnr} dB");
+}

@@ -42,13 +42,16 @@ fn time_for_the_choices_of_laws_is_kept_and_what_was_decided_holds() {
         budget.schedule.fit_secs = fit_secs;
         budget
     };
-    let deadline = |fit_secs| {
+    let deadline = |stage, fit_secs| {
         let mut budget = with_fit(1000.0, fit_secs);
-        budget.begin(Stage::TuneGaussians, LastStage::TuneGaussians);
+        budget.begin(stage, LastStage::TuneGaussians);
         budget.current.expect("a stage").deadline
     };
-    let kept = deadline(0.0) - deadline(400.0);
+    let of_last = |fit_secs| deadline(Stage::TuneGaussians, fit_secs);
+    let kept = of_last(0.0) - of_last(400.0);
     assert!((kept - 400.0 * LAST_STAGE_SHARE).abs() < 1.0, "{kept}");
+    assert!((of_last(2000.0) - 50.0).abs() < 1.0, "stage 3 runs, however late");
+    assert!(deadline(Stage::RetuneGaussians, 2000.0) < 1.0);
     let seeks = |secs| {
         let mut budget = with_fit(secs, 0.0);
         budget.schedule.distill_secs = 400.0;

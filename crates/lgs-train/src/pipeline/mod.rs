@@ -162,7 +162,9 @@ impl Pipeline<'_> {
                 }
             }
             let tunes = matches!(stage, Stage::RefineGaussians | Stage::TuneGaussians);
-            if tunes && !self.has_time_for(stage)? {
+            let has_time = !tunes || self.has_time_for(stage)?;
+            // Without time stage 3 is short, and no choice of laws comes after it.
+            if stage == Stage::RefineGaussians && !has_time {
                 continue;
             }
             let mut trainer = self.trainer(stage, scene)?;

@@ -5,6 +5,7 @@
 
 mod bands_of_views;
 mod body;
+mod body_displacements;
 mod config;
 mod continuation;
 mod displacement;

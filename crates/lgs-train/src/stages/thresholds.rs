@@ -9,6 +9,15 @@ pub(super) const SH_REST_DIVISOR: f64 = 20.0;
 /// Weight of 1 − SSIM in the loss that is reported; what is fitted is the squared error.
 pub(super) const SSIM_WEIGHT: f32 = 0.2;
 
+// Displacements of bodies beside their Gaussians
+
+/// Degree of the polynomials in time by which bodies are displaced: that to which a source's tracks are
+/// smoothed at most in a window of some fifty times.
+pub(super) const DISPLACEMENT_DEGREE: usize = 10;
+/// Learning rate of their coefficients, in radii and radians: a fiftieth of a pixel at the edge of a body of
+/// forty pixels, a thousand of which are the largest displacement that polynomials can be asked for.
+pub(super) const DISPLACEMENT_RATE: f64 = 1e-3;
+
 // Displacements by images
 
 /// Step of the differences by a body's displacement, in radii and radians.

@@ -19,6 +19,7 @@ use lgs_model::{LagrangianScene, TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
 use super::TrainingData;
+use super::body_displacements::{BodyDisplacements, displaced};
 use super::config::TuneGaussiansConfig;
 use super::frame_states::{FrameStates, StateTensors};
 use super::light::lit_at;
@@ -48,6 +49,8 @@ pub struct TuneGaussians<'a> {
     /// `[n, 1]`: one for dynamic Gaussians whose means may change, zero for the others.
     is_free: Tensor<2>,
     prior: OpacityPrior,
+    /// In the refinement, where a body may move otherwise than its tracks.
+    displacements: Option<BodyDisplacements>,
     kept: Option<KeptMotion>,
     device: Device,
 }
@@ -99,6 +102,10 @@ impl<'a> TuneGaussians<'a> {
             dynamic_gaussians: TrainableCloud::new(&scene.dynamic_gaussians, device),
             is_free: is_free(&scene, device),
             prior: OpacityPrior::new(&scene, config.opacity_prior, device),
+            displacements: match stage {
+                Stage::RefineGaussians => BodyDisplacements::new(&scene, device),
+                _ => None,
+            },
             scene,
             frames,
             config,
@@ -145,6 +152,7 @@ impl Trainer for TuneGaussians<'_> {
         let device = self.device.clone().autodiff();
         let (of_static, of_dynamic) = (self.static_gaussians.leaves(), self.dynamic_gaussians.leaves());
         let moved = moved(of_dynamic.tensors(), kept.states.at(frame.time), &kept.means);
+        let (moved, displacement) = displaced(self.displacements.as_ref(), moved, frame.time);
         let cloud =
             lit_at(of_static.tensors().followed_by(moved), 0..self.scene.len(), (&self.scene, frame.time));
         let sensor = Sensor::of(frame, &device);
@@ -160,6 +168,9 @@ impl Trainer for TuneGaussians<'_> {
         let mut steps = AdamSteps::default();
         self.static_gaussians.add_steps(of_static, &rates, &mut steps);
         self.dynamic_gaussians.add_steps(of_dynamic, &rates, &mut steps);
+        if let (Some(displacements), Some(leaf)) = (&mut self.displacements, displacement) {
+            displacements.add_step(&leaf, &mut gradients, decay, &mut steps);
+        }
         steps.take();
         self.kept = Some(kept);
         StepReport::on_device(&compared.loss, &[compared.mse])
@@ -171,6 +182,9 @@ impl Trainer for TuneGaussians<'_> {
         self.prior.insert_into(&mut file);
         self.static_gaussians.insert_into(&mut file, "tune.static");
         self.dynamic_gaussians.insert_into(&mut file, "tune.dynamic");
+        if let Some(displacements) = &self.displacements {
+            displacements.insert_into(&mut file);
+        }
         if let Some(kept) = &self.kept {
             let means: Vec<[f32; 3]> = host_rows(&kept.means);
             file.insert(ROLLED_MEANS, &[means.len(), 3], means.as_flattened());
@@ -192,6 +206,9 @@ impl Trainer for TuneGaussians<'_> {
         let of_dynamic = read("tune.dynamic", &self.dynamic_gaussians, dynamic_gaussians.sh_degree)?;
         (self.static_gaussians, self.dynamic_gaussians) = (of_static, of_dynamic);
         self.prior.restore(file)?;
+        if let Some(displacements) = &mut self.displacements {
+            displacements.restore(file)?;
+        }
         if step > 0 {
             let mut rolled = self.scene();
             rolled.dynamic_gaussians.means =
