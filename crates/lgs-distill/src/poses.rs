@@ -111,6 +111,22 @@ pub fn part_laws_of_poses(
 }
 
 impl BodyPoses {
+    /// The same at some of its times, given by their indices in ascending order.
+    #[must_use]
+    pub fn at(self, kept: &[usize]) -> Self {
+        let times = kept.iter().map(|&time| self.times[time]).collect();
+        let poses = kept.iter().map(|&time| self.poses[time]).collect();
+        Self { times, poses, ..self }
+    }
+
+    /// The same at those of its times that another body has, too.
+    #[must_use]
+    pub fn at_times_of(self, other: &Self) -> Self {
+        let has = |time: &f64| other.times.iter().any(|other| other == time);
+        let kept: Vec<usize> = (0..self.times.len()).filter(|&time| has(&self.times[time])).collect();
+        self.at(&kept)
+    }
+
     fn into_motion(self) -> SharedMotion {
         let Self { times, poses, deforms, shape, .. } = self;
         let weights = vec![(shape.len() as f64).recip(); shape.len()];

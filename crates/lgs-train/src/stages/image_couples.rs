@@ -32,7 +32,11 @@ pub(super) fn couples(
             return None;
         }
         let choice = choice.of_object(*first);
-        let law = couple_of_poses([a.clone(), b.clone()], choice.config, choice.seed)?;
+        let together = [a.clone().at_times_of(b), b.clone().at_times_of(a)];
+        if 2 * together[0].times.len() < a.times.len() {
+            return None;
+        }
+        let law = couple_of_poses(together, choice.config, choice.seed)?;
         tracing::debug!(first, law = ?law.law, "the law of two objects that images show");
         (law.known.verdict != Verdict::Outside).then_some(Couple { first: *first, law })
     };

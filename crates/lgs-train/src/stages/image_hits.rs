@@ -168,13 +168,14 @@ fn interval(body: &BodyPoses) -> f64 {
 
 /// Whether two bodies are so near to each other at a time that they may touch.
 fn touch(one: &BodyPoses, other: &BodyPoses, time: f64) -> bool {
-    let sample = one.times.partition_point(|sample| *sample < time).min(one.poses.len() - 1);
+    let place = |body: &BodyPoses| {
+        body.poses[body.times.partition_point(|sample| *sample < time).min(body.poses.len() - 1)].1
+    };
     let radius = |body: &BodyPoses| {
         let square = body.shape.iter().map(|point| point.length_squared()).sum::<f64>();
         (square / body.shape.len().max(1) as f64).sqrt()
     };
-    let distance = one.poses[sample].1.distance(other.poses[sample.min(other.poses.len() - 1)].1);
-    distance <= TOUCHES * (radius(one) + radius(other))
+    place(one).distance(place(other)) <= TOUCHES * (radius(one) + radius(other))
 }
 
 #[cfg(test)]

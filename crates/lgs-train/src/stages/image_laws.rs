@@ -2,6 +2,8 @@
 //! them, are free of the errors that a source model makes at the ends of a window, and of its smoothness; a
 //! law is chosen for them as stage 1 chose one for the source's tracks.
 
+use std::collections::BTreeMap;
+
 use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, known_impacts, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::Law;
@@ -10,6 +12,7 @@ use lgs_model::{LagrangianScene, ObjectModel};
 use rayon::prelude::*;
 
 use super::image_couples::couples;
+use super::image_displacement::{Found, well_shown};
 use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
@@ -48,11 +51,14 @@ pub(super) fn with_laws_of_images(
     let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) = offered.into_iter().unzip();
     let found = poses.displacements(&parts.concat(), frames);
     let mut found = found.iter();
-    let mut poses_of = |part| Some(poses.of_body(part, found.next()?));
-    let bodies = parts.iter().map(|parts| parts.iter().filter_map(&mut poses_of).collect::<Vec<_>>());
+    let found: Vec<Vec<&Vec<Found>>> =
+        parts.iter().map(|parts| found.by_ref().take(parts.len()).collect()).collect();
+    let bodies = parts.iter().zip(&found).map(|(parts, found)| poses.of_bodies(parts, found));
     let mut bodies: Vec<_> = offered.iter().copied().zip(bodies).collect();
     let before = squared_error_of(&scene, frames);
     let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
+    let shown = offered.iter().copied().zip(found.iter().map(|found| well_shown(found))).collect();
+    let mut bodies = at_well_shown_times(bodies, &shown);
     let offers = offers(&scene, &mut bodies, choice);
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
@@ -61,6 +67,15 @@ pub(super) fn with_laws_of_images(
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
     (best.scene, decibels_between(best.error, before))
+}
+
+/// The bodies of objects at the times at which images show them well, given by index for every object.
+fn at_well_shown_times(bodies: Vec<ObjectPoses>, shown: &BTreeMap<usize, Vec<usize>>) -> Vec<ObjectPoses> {
+    let at = |(object, bodies): ObjectPoses| {
+        let bodies = bodies.into_iter().map(|body| body.at(&shown[&object]));
+        (object, bodies.collect())
+    };
+    bodies.into_iter().map(at).collect()
 }
 
 /// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws of

@@ -4,23 +4,20 @@
 use std::ops::Range;
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::geometry::{
-    components, fit_rotation, narrow, nearest_rotation, outer, quaternion, rotation_by, solve_positive,
-    symmetric, wide,
-};
+use lgs_core::geometry::{components, fit_rotation, narrow, nearest_rotation, outer, quaternion, wide};
 use lgs_core::linear::{norm, quat_mul, sub};
 use lgs_core::{GaussianCloud, psnr_of_mse};
 use lgs_data::dataset::Frame;
 use lgs_distill::BodyPoses;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, SceneState, mapped_shape};
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::displacement::{Displacement, Pose};
+use super::displacement::Pose;
+use super::image_displacement::Found;
 use super::initial_pose::mean;
 use super::observation::{Changes, Normal, Observation, observe};
-use super::thresholds::{CORRELATED_VALUES, DISPLACEMENT_DEVIATION, FEWEST_ROUNDS, MOST_ROUNDS, PROGRESS};
+use super::thresholds::{CORRELATED_VALUES, FEWEST_ROUNDS, MOST_ROUNDS, PROGRESS};
 
 /// The motion of a scene at some times, and its bodies as images show them there.
 pub(super) struct ImagePoses<'a> {
@@ -36,21 +33,6 @@ pub(super) struct Part {
     pub(super) rows: Range<usize>,
     /// Whether its shape changes.
     pub(super) deforms: bool,
-}
-
-/// The displacement of a body at a time from where the scene's motion has it.
-#[derive(Clone, Copy)]
-pub(super) struct Found {
-    /// About the centre: a rotation, unless the body deforms.
-    linear: DMat3,
-    shift: DVec3,
-    /// Mean square error of the displacement by what each half of the views shows, world units; 0 where there
-    /// are no halves.
-    square_error: f64,
-}
-
-impl Found {
-    const STILL: Self = Self { linear: DMat3::IDENTITY, shift: DVec3::ZERO, square_error: 0.0 };
 }
 
 impl<'a> ImagePoses<'a> {
@@ -135,6 +117,11 @@ impl<'a> ImagePoses<'a> {
         }
     }
 
+    /// The same of several bodies.
+    pub(super) fn of_bodies(&self, bodies: &[Part], found: &[&Vec<Found>]) -> Vec<BodyPoses> {
+        bodies.iter().zip(found).map(|(body, found)| self.of_body(body, found)).collect()
+    }
+
     /// Positions of Gaussians at the start.
     fn at_rest(&self, rows: &Range<usize>) -> &[[f32; 3]] {
         &self.scene.dynamic_gaussians.means[rows.clone()]
@@ -204,45 +191,4 @@ impl<'a> ImagePoses<'a> {
         let first = self.scene.static_gaussians.len();
         first + rows.start..first + rows.end
     }
-}
-
-impl Found {
-    /// Adds the displacement that the views of a time ask for; `weight` is that of a squared difference.
-    fn refine(&mut self, normals: &[&Normal], body: &Pose, weight: f64) {
-        let found = solved(normals, body, weight);
-        let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = found;
-        let stretch = DMat3::IDENTITY + symmetric(&[xx, yy, zz, xy, xz, yz]);
-        self.linear = rotation_by(DVec3::new(rx, ry, rz)) * stretch * self.linear;
-        self.shift += DVec3::new(tx, ty, tz);
-        if normals.len() > 1 {
-            let half =
-                |first: usize| -> Vec<&Normal> { normals.iter().skip(first).step_by(2).copied().collect() };
-            let [even, odd] = [0, 1].map(|first| solved(&half(first), body, weight));
-            let square =
-                |i: usize| (0.5 * (even[i] - odd[i]) / unit(body, i) * f64::from(body.radius)).powi(2);
-            self.square_error = (0..body.freedoms()).map(square).sum::<f64>() / body.freedoms() as f64;
-        }
-    }
-}
-
-/// The unit of a number of a displacement: a radius, or a radian.
-fn unit(body: &Pose, number: usize) -> f64 {
-    if number < 3 { f64::from(body.radius) } else { 1.0 }
-}
-
-/// The least-squares displacement of the views of a time; none if it is not determined.
-fn solved(normals: &[&Normal], body: &Pose, weight: f64) -> Displacement {
-    let n = body.freedoms();
-    let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 1));
-    for normal in normals {
-        for i in 0..n {
-            b[i] += weight * normal.b[i];
-            (0..n).for_each(|j| a[(i, j)] += weight * normal.a[i][j]);
-        }
-    }
-    (0..n).for_each(|i| a[(i, i)] += (DISPLACEMENT_DEVIATION * unit(body, i)).powi(-2));
-    let found = solve_positive(a, &b).filter(|found| found.iter().all(|x| x.is_finite()));
-    let mut displacement = Displacement::default();
-    found.into_iter().for_each(|found| displacement[..n].copy_from_slice(found.as_slice()));
-    displacement
 }

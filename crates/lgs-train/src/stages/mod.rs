@@ -13,6 +13,7 @@ mod fit_dynamics;
 mod frame_states;
 mod held_to_source;
 mod image_couples;
+mod image_displacement;
 mod image_hits;
 mod image_laws;
 mod image_poses;

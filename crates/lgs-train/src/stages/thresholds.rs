@@ -35,6 +35,9 @@ pub(super) const PROGRESS: f64 = 0.02;
 /// Standard deviation of the weak prior on a displacement, in radii and radians: what no image shows, such as
 /// the rotation of a plain ball, stays as the motion had it.
 pub(super) const DISPLACEMENT_DEVIATION: f64 = 0.05;
+/// Part of the information of its median time that a time has at least, or its pose is left out of the choice
+/// of laws: properly weighed it would count for less than a tenth of another one.
+pub(super) const LEAST_SHOWN: f64 = 0.1;
 
 // Laws by images, Gauss–Newton
 
