@@ -45,8 +45,8 @@ impl Found {
 }
 
 /// Indices of the times at which the images show all of some bodies well, and of the start; `found` is by
-/// body and time. Where few images show a time, a body may be out of their view, and its pose there is that of
-/// the scene's motion; a fit takes all poses as equally good.
+/// body and time. Where few images show a time, a body may be out of their view, and its pose there is that
+/// of the scene's motion; a fit takes all poses as equally good.
 pub(super) fn well_shown(found: &[&Vec<Found>]) -> Vec<usize> {
     let most: Vec<f64> = found.iter().map(|found| median_variance(found) / LEAST_SHOWN).collect();
     let shows = |time: usize| found.iter().zip(&most).all(|(found, most)| found[time].variance <= *most);
