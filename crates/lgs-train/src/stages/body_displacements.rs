@@ -14,11 +14,13 @@ use super::initial_pose::mean;
 use super::law_choice::own_law;
 use super::thresholds::{DISPLACEMENT_DEGREE, DISPLACEMENT_RATE};
 use crate::adam::{AdamGroup, AdamSteps};
-use crate::cloud_tensors::{CloudTensors, quat_mul, row_indices, rows};
+use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, row_indices, rows};
 use crate::thresholds::FEWEST_OF_BODY;
 
 /// Name of the coefficients in a checkpoint.
 const NAME: &str = "tune.displacements";
+/// Name of the radii in a checkpoint: those of the Gaussians that the stage began with.
+const RADII: &str = "tune.displaced_radii";
 /// Numbers of a displacement: a translation in radii of the body, and a rotation vector to first order.
 const SIZE: usize = 6;
 
@@ -107,9 +109,13 @@ impl BodyDisplacements {
 
     pub(super) fn insert_into(&self, file: &mut TensorFile) {
         self.coefficients.insert_into(file, NAME);
+        let radii: Vec<[f32; 1]> = host_rows(&self.radii);
+        file.insert(RADII, &[radii.len(), 1], radii.as_flattened());
     }
 
     pub(super) fn restore(&mut self, file: &TensorFile) -> Result<(), TensorFileError> {
+        let radii = super::rows_of_gaussians(file, RADII, self.radii.dims()[0])?;
+        self.radii = rows::<1>(&radii, &self.radii.device());
         self.coefficients.restore(file, NAME)
     }
 
