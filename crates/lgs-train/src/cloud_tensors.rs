@@ -42,6 +42,16 @@ pub(crate) fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     )
 }
 
+/// Vectors `[n, 3]` turned by quaternions `[n, 4]`, or by one `[1, 4]`, of any length.
+pub(crate) fn quat_rotate(rotations: &Tensor<2>, vectors: Tensor<2>) -> Tensor<2> {
+    let ([n, _], device) = (vectors.dims(), vectors.device());
+    let squares = rotations.clone().square().sum_dim(1);
+    let signs = Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &device).reshape([1, 4]);
+    let back = rotations.clone() * signs / squares.clamp_min(f32::MIN_POSITIVE);
+    let vectors = Tensor::cat(vec![Tensor::zeros([n, 1], &device), vectors], 1);
+    quat_mul(&quat_mul(rotations, &vectors), &back).narrow(1, 1, 3)
+}
+
 /// The raw parameters of n Gaussians, as the rasterizer takes them.
 #[derive(Clone)]
 pub(crate) struct CloudTensors {

@@ -275,5 +275,6 @@ fn gaussians_are_not_refined_to_a_motion_that_slips() {
         pairs.map(|(a, b)| norm(sub(a, b)).powi(2) / 3.0).sum::<f32>() / 1600.0
     });
     let psnr = -10.0 * (mse.sum::<f32>() / frames.len() as f32).log10();
-    assert!(psnr > 33.0, "the true motion of the refined Gaussians: {psnr} dB");
+    // 64 dB; 41 where the body may not be displaced.
+    assert!(psnr > 55.0, "the true motion of the refined Gaussians: {psnr} dB");
 }

@@ -5,7 +5,7 @@ use burn::tensor::{Tensor, TensorData, activation::sigmoid};
 use lgs_core::Stream;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::cloud_tensors::quat_mul;
+use crate::cloud_tensors::quat_rotate;
 use crate::thresholds::{NOISE_OPACITY, NOISE_STEEPNESS, QUIET_OPACITY};
 
 /// Shapes and opacities of n Gaussians.
@@ -30,17 +30,7 @@ pub(super) fn shifts(shapes: Shapes, factor: f32, random: &mut Stream) -> Tensor
     // A normal draw turned into the axes of the Gaussian is one again.
     let draws = Tensor::<2>::from_data(TensorData::new(draws, [n, 3]), &device);
     let along = log_scales.mul_scalar(2.0).exp() * draws * gate;
-    turned(&rotations, along)
-}
-
-/// Vectors `[n, 3]` turned by quaternions of any length.
-fn turned(rotations: &Tensor<2>, vectors: Tensor<2>) -> Tensor<2> {
-    let ([n, _], device) = (vectors.dims(), vectors.device());
-    let squares = rotations.clone().square().sum_dim(1);
-    let signs = Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &device).reshape([1, 4]);
-    let back = rotations.clone() * signs / squares.clamp_min(f32::MIN_POSITIVE);
-    let vectors = Tensor::cat(vec![Tensor::zeros([n, 1], &device), vectors], 1);
-    quat_mul(&quat_mul(rotations, &vectors), &back).narrow(1, 1, 3)
+    quat_rotate(&rotations, along)
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use super::initial_pose::mean;
 use super::law_choice::own_law;
 use super::thresholds::{DISPLACEMENT_DEGREE, DISPLACEMENT_RATE};
 use crate::adam::{AdamGroup, AdamSteps};
-use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, row_indices, rows};
+use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, quat_rotate, row_indices, rows};
 use crate::thresholds::FEWEST_OF_BODY;
 
 /// Name of the coefficients in a checkpoint.
@@ -91,7 +91,7 @@ impl BodyDisplacements {
         let turn = self.of_each(turn, [1.0, 0.0, 0.0, 0.0], &device);
         let centers = self.mean_over.clone().matmul(cloud.means.clone().inner());
         let center = centers.select(0, self.body_of.clone()).autodiff();
-        let means = turned(&turn, cloud.means - center.clone()) + center + shift;
+        let means = quat_rotate(&turn, cloud.means - center.clone()) + center + shift;
         let rotations = quat_mul(&turn, &cloud.rotations);
         (CloudTensors { means, rotations, ..cloud }, DisplacementLeaf(leaf))
     }
@@ -135,14 +135,6 @@ impl BodyDisplacements {
         let still = rows(&[still], device).autodiff();
         Tensor::cat(vec![of_bodies, still], 0).select(0, self.body_of.clone())
     }
-}
-
-/// Vectors `[n, 3]` turned by unit quaternions `[n, 4]`.
-fn turned(turn: &Tensor<2>, vectors: Tensor<2>) -> Tensor<2> {
-    let (n, device) = (vectors.dims()[0], vectors.device());
-    let pure = Tensor::cat(vec![Tensor::zeros([n, 1], &device), vectors], 1);
-    let back = turn.clone() * Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &device).reshape([1, 4]);
-    quat_mul(&quat_mul(turn, &pure), &back).narrow(1, 1, 3)
 }
 
 /// Root mean square distance of points from their centre.

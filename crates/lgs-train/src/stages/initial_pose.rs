@@ -10,7 +10,7 @@ use lgs_core::linear::{add, cross, scale, sub};
 use lgs_model::{TensorFile, TensorFileError};
 
 use crate::adam::{AdamGroup, AdamSteps};
-use crate::cloud_tensors::{quat_mul, rows, vector};
+use crate::cloud_tensors::{quat_rotate, rows, vector};
 
 /// Numbers of a displacement: a translation in units of the object's radius, and a rotation vector about its
 /// centre, to first order.
@@ -77,11 +77,7 @@ impl InitialPose {
         let one = Tensor::ones([1, 1], &leaf.device());
         let turn = Tensor::cat(vec![one, half], 1) / length;
         let offsets = self.offsets.clone().autodiff();
-        let pure =
-            Tensor::cat(vec![Tensor::zeros([offsets.dims()[0], 1], &leaf.device()), offsets.clone()], 1);
-        let back =
-            turn.clone() * Tensor::<1>::from_floats([1.0, -1.0, -1.0, -1.0], &leaf.device()).reshape([1, 4]);
-        let turned = quat_mul(&quat_mul(&turn, &pure), &back).narrow(1, 1, 3);
+        let turned = quat_rotate(&turn, offsets.clone());
         Displacement { change: turned - offsets + translation, leaf, turn }
     }
 

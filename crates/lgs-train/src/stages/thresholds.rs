@@ -14,8 +14,8 @@ pub(super) const SSIM_WEIGHT: f32 = 0.2;
 /// Degree of the polynomials in time by which bodies are displaced: that to which a source's tracks are
 /// smoothed at most in a window of some fifty times.
 pub(super) const DISPLACEMENT_DEGREE: usize = 10;
-/// Learning rate of their coefficients, in radii and radians: a fiftieth of a pixel at the edge of a body of
-/// forty pixels, a thousand of which are the largest displacement that polynomials can be asked for.
+/// Learning rate of their coefficients, in radii of the body and radians: a step moves what is forty pixels
+/// wide by a fiftieth of a pixel, and the two thousand steps of a refinement can turn it by a radian.
 pub(super) const DISPLACEMENT_RATE: f64 = 1e-3;
 
 // Displacements by images
