@@ -17,6 +17,8 @@ pub struct BodyPoses {
     pub times: Vec<f64>,
     /// Linear part and shift that take each point of the shape to where it is, one for each time.
     pub poses: Vec<(DMat3, DVec3)>,
+    /// Standard deviation of each pose in units of the usual one; empty where all are alike.
+    pub deviations: Vec<f64>,
     /// Whether linear parts deform the body, which is rigid otherwise.
     pub deforms: bool,
     /// Points of the body.
@@ -116,7 +118,8 @@ impl BodyPoses {
     pub fn at(self, kept: &[usize]) -> Self {
         let times = kept.iter().map(|&time| self.times[time]).collect();
         let poses = kept.iter().map(|&time| self.poses[time]).collect();
-        Self { times, poses, ..self }
+        let deviations = kept.iter().filter_map(|&time| self.deviations.get(time).copied()).collect();
+        Self { times, poses, deviations, ..self }
     }
 
     /// The same at those of its times that another body has, too.
@@ -128,11 +131,11 @@ impl BodyPoses {
     }
 
     fn into_motion(self) -> SharedMotion {
-        let Self { times, poses, deforms, shape, .. } = self;
+        let Self { times, poses, deviations, deforms, shape, .. } = self;
         let weights = vec![(shape.len() as f64).recip(); shape.len()];
         let poses = poses.into_iter().map(|(linear, shift)| Pose { linear, shift }).collect();
         let kind = if deforms { PoseKind::Affine } else { PoseKind::Rigid };
-        SharedMotion { kind, times, poses, shape, weights, residual: 0.0 }
+        SharedMotion { kind, times, poses, deviations, shape, weights, residual: 0.0 }
     }
 }
 
@@ -140,6 +143,7 @@ impl BodyPoses {
 mod tests {
     use super::*;
     use lgs_mechanics::coordinates::Coordinates;
+    use lgs_mechanics::{Edit, System};
 
     /// A body that does not turn, on a path with a little noise.
     fn on(path: impl Fn(f64) -> DVec3) -> BodyPoses {
@@ -151,6 +155,7 @@ mod tests {
         BodyPoses {
             times,
             poses,
+            deviations: Vec::new(),
             deforms: false,
             shape,
             slow_error: 0.0,
@@ -169,5 +174,21 @@ mod tests {
         assert!(law.coordinates == Coordinates::Pair && law.terms.len() == 1, "{law:?}");
         let free = [on(|t| drift(t) - 0.5 * DVec3::X), on(|t| 0.5 * DVec3::X - drift(t))];
         assert!(couple_of_poses(free, &config, 1).is_none());
+    }
+
+    #[test]
+    fn poses_that_are_badly_known_hardly_bear_on_a_law() {
+        let drift = |t: f64| DVec3::new(0.6, 0.9, 0.3) * t;
+        let mut body = on(drift);
+        let off = 30..40;
+        body.poses[off.clone()].iter_mut().for_each(|(_, place)| *place += 0.02 * DVec3::Z);
+        body.deviations = (0..40).map(|k| if off.contains(&k) { 100.0 } else { 1.0 }).collect();
+        let error = |body: BodyPoses| {
+            let found = law_of_poses(vec![body], &DistillConfig::default(), 1).expect("a law");
+            let states = System::new(&found.law, Edit::NONE).states(&found.start, &[1.5]).expect("followed");
+            DVec3::from_slice(&states[0].x).distance(drift(1.5))
+        };
+        let (weighed, alike) = (error(body.clone()), error(BodyPoses { deviations: Vec::new(), ..body }));
+        assert!(weighed < 2e-3 && weighed < 0.1 * alike, "{weighed} {alike}");
     }
 }

@@ -85,7 +85,7 @@ fn folds(motion: &SharedMotion, config: &DistillConfig) -> [Fold; 2] {
     let samples = motion.times.len();
     let held_out = config.held_out_samples(samples);
     let fold = |window: Range<usize>, held_out: &mut dyn Iterator<Item = usize>| Fold {
-        motion: SmoothMotion::new(motion.window(window.clone()), config.degrees()),
+        motion: SmoothMotion::new(motion.part(window.clone()), config.degrees()),
         held_out: held_out
             .map(|sample| HeldOutSample { step: sample as i64 - window.start as i64, sample })
             .collect(),

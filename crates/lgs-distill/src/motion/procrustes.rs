@@ -22,6 +22,7 @@ pub(crate) fn fit_shared_motion(trajectories: &Trajectories, kind: PoseKind) -> 
         kind,
         times: trajectories.grid(),
         poses: Vec::new(),
+        deviations: Vec::new(),
         shape: (0..trajectories.len()).map(|j| trajectories.at(middle, j)).collect(),
         weights: normalised(own_weights.clone()),
         residual: 0.0,

@@ -3,6 +3,7 @@
 use super::pose::{Pose, PoseKind};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{outer, principal_axes};
+use lgs_mechanics::noise::SampleTimes;
 use std::ops::Range;
 
 /// An object's shared motion.
@@ -14,6 +15,8 @@ pub(crate) struct SharedMotion {
     pub(crate) times: Vec<f64>,
     /// One pose per sample.
     pub(crate) poses: Vec<Pose>,
+    /// Standard deviation of each pose in units of the usual one; empty where all are alike.
+    pub(crate) deviations: Vec<f64>,
     /// `[n]` particles in shape axes; the weighted centroid is the origin.
     pub(crate) shape: Vec<DVec3>,
     /// `[n]` weights of the particles after the fit, sum 1.
@@ -34,12 +37,23 @@ impl SharedMotion {
     }
 
     /// The same at some of the samples.
-    pub(crate) fn part(&self, samples: std::ops::Range<usize>) -> Self {
+    pub(crate) fn part(&self, samples: Range<usize>) -> Self {
         Self {
             times: self.times[samples.clone()].to_vec(),
-            poses: self.poses[samples].to_vec(),
+            poses: self.poses[samples.clone()].to_vec(),
+            deviations: self.deviations.get(samples).unwrap_or_default().to_vec(),
             ..self.clone()
         }
+    }
+
+    /// How well the poses are known at their times, which count from another one here.
+    pub(crate) fn samples<'a>(&'a self, times: &'a [f64]) -> SampleTimes<'a> {
+        SampleTimes { times, deviations: &self.deviations }
+    }
+
+    /// Standard deviation of a pose in units of the usual one.
+    pub(crate) fn deviation(&self, sample: usize) -> f64 {
+        self.deviations.get(sample).copied().unwrap_or(1.0)
     }
 
     /// Weighted covariance of the shape.
@@ -57,11 +71,6 @@ impl SharedMotion {
                 [offset, -offset]
             })
             .collect()
-    }
-
-    /// The same motion seen in a part of the window.
-    pub(crate) fn window(&self, range: Range<usize>) -> Self {
-        Self { times: self.times[range.clone()].to_vec(), poses: self.poses[range].to_vec(), ..self.clone() }
     }
 
     /// Root mean square over samples and shape of the displacement from the first sample.

@@ -3,6 +3,8 @@
 use crate::candidate::Candidate;
 use crate::contact::{Ground, Surface};
 use crate::coordinates::Coordinates;
+use crate::noise::SampleTimes;
+use std::ops::Range;
 
 /// A body that may collide.
 #[derive(Clone, Debug)]
@@ -30,6 +32,8 @@ pub struct Observed<'a> {
     pub times: &'a [f64],
     /// Configurations, with quaternions whose signs are continuous.
     pub x: &'a [Vec<f64>],
+    /// Standard deviation of each configuration in units of the usual one; empty where all are alike.
+    pub deviations: &'a [f64],
     /// Standard deviations, of rotations (radians) and places, below which nothing is known.
     pub least: [f64; 2],
 }
@@ -38,6 +42,14 @@ impl Observed<'_> {
     /// Times since the first.
     pub(super) fn since(&self) -> Vec<f64> {
         self.times.iter().map(|time| time - self.times[0]).collect()
+    }
+
+    /// Times and deviations of some samples.
+    pub(super) fn samples(&self, range: Range<usize>) -> SampleTimes<'_> {
+        SampleTimes {
+            times: &self.times[range.clone()],
+            deviations: self.deviations.get(range).unwrap_or_default(),
+        }
     }
 
     /// Centres.

@@ -39,7 +39,7 @@ pub fn fit(
     contact.check(&candidate.coordinates)?;
     let x = check_track(std::slice::from_ref(candidate), times, x)?;
     let body = body_of(candidate, contact)?;
-    let seen = Observed { times, x: &x, least: [0.0; 2] };
+    let seen = Observed { times, x: &x, deviations: &[], least: [0.0; 2] };
     let touching = touching(&body, &seen, contact);
     let flights = flights(times, &impacts(times, &seen.centers()), &touching);
     let first = flights.first().filter(|flight| flight.start == 0).map_or(0, Range::len);
@@ -224,7 +224,7 @@ fn on_planes(
 ) -> Option<Bounced> {
     let since = seen.since();
     let samples = Samples::new(
-        &since,
+        seen.samples(0..since.len()),
         seen.x.to_vec(),
         &law.noise,
         (flights[0].end, law.left_out(flights, since.len())),

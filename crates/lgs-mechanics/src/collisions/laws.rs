@@ -196,7 +196,7 @@ fn chosen(
     let track = |part: &Range<usize>| {
         let rows: Vec<Vec<f64>> =
             seen.x[part.clone()].iter().map(|x| x[components.clone()].to_vec()).collect();
-        Track::new(coordinates, &seen.times[part.clone()], &rows)
+        Track::new(coordinates, seen.samples(part.clone()), &rows)
     };
     let mut tracks: Vec<Track> = parts.iter().map(track).collect();
     Track::share_noise(&mut tracks);

@@ -2,7 +2,7 @@
 
 use crate::choose::DESCRIBED;
 use crate::coordinates::Coordinates;
-use crate::noise::{Noise, Spacing};
+use crate::noise::{Noise, SampleTimes, Sampling};
 use std::ops::Range;
 
 /// Configurations of a track with their weights.
@@ -30,18 +30,19 @@ pub(super) enum Later {
 impl Samples {
     /// Samples of a track with known noise, of which the first `free` are before any impact.
     pub(super) fn new(
-        times: &[f64],
+        samples: SampleTimes<'_>,
         x: Vec<Vec<f64>>,
         noise: &[Noise],
         (free, left_out): (usize, Vec<bool>),
     ) -> Self {
-        let spacing = Spacing::of(times);
-        let columns: Vec<Vec<f64>> = noise.iter().map(|noise| noise.weights(&spacing)).collect();
+        let sampling = Sampling::of(samples);
+        let columns: Vec<Vec<f64>> = noise.iter().map(|noise| noise.weights(&sampling)).collect();
         let row = |k: usize| -> Vec<f64> {
             columns.iter().map(|column| if left_out[k] { 0.0 } else { column[k] }).collect()
         };
-        let weights = (0..times.len()).map(row).collect();
-        let mean = |noise: &Noise| spacing.shares(noise.correlation).iter().sum::<f64>() / times.len() as f64;
+        let count = x.len();
+        let weights = (0..count).map(row).collect();
+        let mean = |noise: &Noise| sampling.shares(noise.correlation).iter().sum::<f64>() / count as f64;
         Self { x, free, weights, shares: noise.iter().map(mean).collect(), left_out }
     }
 

@@ -59,7 +59,8 @@ fn between(
     let since = seen.since();
     let impulses = meetings(&law, &since, impacts)?;
     let left_out = law.left_out(parts, since.len());
-    let samples = Samples::new(&since, seen.x.to_vec(), &law.noise, (parts[0].end, left_out));
+    let samples =
+        Samples::new(seen.samples(0..since.len()), seen.x.to_vec(), &law.noise, (parts[0].end, left_out));
     let window = [seen.times[0], seen.times[seen.times.len() - 1]];
     StruckMotion::new(&law, impulses, (since, samples))?.solve(window)
 }

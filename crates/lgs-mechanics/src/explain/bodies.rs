@@ -83,7 +83,7 @@ fn joined_track(turning: &Track, moving: &Track, x: &[Vec<f64>]) -> Track {
         times: turning.times.clone(),
         x: x.to_vec(),
         noise: [turning.noise.as_slice(), &moving.noise].concat(),
-        spacing: turning.spacing.clone(),
+        sampling: turning.sampling.clone(),
         smooth,
     }
 }

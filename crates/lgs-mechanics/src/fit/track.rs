@@ -1,7 +1,7 @@
 //! Observed paths with their noise.
 
 use crate::coordinates::{Coordinates, State};
-use crate::noise::{Noise, SmoothPath, Spacing};
+use crate::noise::{Noise, SampleTimes, Sampling, SmoothPath};
 use crate::terms::Scales;
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{outer, principal_axes};
@@ -15,8 +15,8 @@ pub struct Track {
     pub x: Vec<Vec<f64>>,
     /// Noise of each component of the change of a configuration.
     pub noise: Vec<Noise>,
-    /// Distances of the samples in time.
-    pub spacing: Spacing,
+    /// Distances of the samples in time, and how well each is known.
+    pub sampling: Sampling,
     /// Configuration, velocity and acceleration of the smooth path at each time.
     pub smooth: Vec<(State, Vec<f64>)>,
 }
@@ -24,14 +24,15 @@ pub struct Track {
 impl Track {
     /// Estimates the noise of configurations and the smooth path through them.
     #[must_use]
-    pub fn new(coordinates: &Coordinates, times: &[f64], x: &[Vec<f64>]) -> Self {
-        let path = SmoothPath::fit(times, x);
-        let smooth = path.states(coordinates, times);
+    pub fn new<'a>(coordinates: &Coordinates, samples: impl Into<SampleTimes<'a>>, x: &[Vec<f64>]) -> Self {
+        let samples = samples.into();
+        let path = SmoothPath::fit(samples, x);
+        let smooth = path.states(coordinates, samples.times);
         Self {
-            times: times.to_vec(),
+            times: samples.times.to_vec(),
             x: x.to_vec(),
             noise: path.noise_of_changes(coordinates),
-            spacing: Spacing::of(times),
+            sampling: Sampling::of(samples),
             smooth,
         }
     }
@@ -45,7 +46,7 @@ impl Track {
             times: self.times[range.clone()].iter().map(|time| time - first).collect(),
             x: self.x[range.clone()].to_vec(),
             noise: self.noise.clone(),
-            spacing: self.spacing.part(range.clone()),
+            sampling: self.sampling.part(range.clone()),
             smooth: self.smooth[range].to_vec(),
         }
     }
@@ -59,6 +60,12 @@ impl Track {
             noise.deviation = noise.deviation.hypot(if i < turns { turn } else { place });
         }
         self
+    }
+
+    /// The times of the samples, with how well each is known.
+    #[must_use]
+    pub fn samples(&self) -> SampleTimes<'_> {
+        SampleTimes { times: &self.times, deviations: self.sampling.deviations() }
     }
 
     /// Gives tracks of one object the same noise: the mean of their variances and correlations, each counted
@@ -100,14 +107,14 @@ impl Track {
     /// Weights of the components of each sample, `[T][n]`, see [`Noise::weights`].
     #[must_use]
     pub fn weights(&self) -> Vec<Vec<f64>> {
-        let columns: Vec<Vec<f64>> = self.noise.iter().map(|noise| noise.weights(&self.spacing)).collect();
+        let columns: Vec<Vec<f64>> = self.noise.iter().map(|noise| noise.weights(&self.sampling)).collect();
         (0..self.times.len()).map(|k| columns.iter().map(|column| column[k]).collect()).collect()
     }
 
     /// Number of samples that count as independent, summed over components.
     #[must_use]
     pub fn independent_samples(&self) -> f64 {
-        self.noise.iter().map(|noise| self.spacing.shares(noise.correlation).iter().sum::<f64>()).sum()
+        self.noise.iter().map(|noise| self.sampling.shares(noise.correlation).iter().sum::<f64>()).sum()
     }
 }
 

@@ -1,25 +1,26 @@
 //! Noise of tracks: its level and its correlation from sample to sample, for each object and coordinate.
 //!
-//! A track is a smooth path and an autoregressive process of first order, `e_{k+1} = ρ e_k + ε`. The smooth
+//! A track is a smooth path and an autoregressive process of first order, `e_{k+1} = ρ e_k + ε`, times how
+//! uncertain each sample is beside the usual one. The smooth
 //! path is a series of polynomials in time whose coefficients are integrated out of the likelihood, so that ρ
 //! and the variance account for what the path takes up of the noise. Everything is in units of the track, and
 //! nothing depends on them.
 
 mod polynomial;
+mod sampling;
 mod smooth;
-mod spacing;
 #[cfg(test)]
 mod tests;
 
+pub use sampling::{SampleTimes, Sampling};
 pub use smooth::SmoothPath;
-pub use spacing::Spacing;
 
 use crate::coordinates::Coordinates;
 
 /// Noise of one coordinate of a track.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard deviation, units of the track.
+    /// Standard deviation of the usual sample, units of the track.
     pub deviation: f64,
     /// Correlation of samples at the usual distance in time, ρ.
     pub correlation: f64,
@@ -29,8 +30,10 @@ impl Noise {
     /// Factors, one for each sample, that turn residuals into ones whose sum of squares is a χ² of the
     /// samples that count as independent.
     #[must_use]
-    pub fn weights(&self, spacing: &Spacing) -> Vec<f64> {
-        spacing.shares(self.correlation).iter().map(|share| share.sqrt() / self.deviation).collect()
+    pub fn weights(&self, sampling: &Sampling) -> Vec<f64> {
+        let shares = sampling.shares(self.correlation);
+        let deviations = sampling.deviations().iter().map(|deviation| deviation * self.deviation);
+        shares.iter().zip(deviations).map(|(share, deviation)| share.sqrt() / deviation).collect()
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::Noise;
 use super::polynomial::Window;
-use super::spacing::Spacing;
+use super::sampling::{SampleTimes, Sampling};
 use crate::coordinates::{Coordinates, State};
 use crate::thresholds::{
     CORRELATION_STEP, CORRELATIONS, DECAYS, FREE_COEFFICIENTS, MOST_POLYNOMIALS, NO_NOISE, STRENGTHS,
@@ -47,8 +47,8 @@ struct Fit {
 }
 
 impl Basis {
-    fn new(rows: &DMatrix<f64>, spacing: &Spacing, correlation: f64) -> Self {
-        let scales = spacing.innovations(correlation);
+    fn new(rows: &DMatrix<f64>, sampling: &Sampling, correlation: f64) -> Self {
+        let scales = sampling.innovations(correlation);
         let freed = freed(rows, &scales);
         let qr = freed.qr();
         let triangle = qr.r();
@@ -154,18 +154,23 @@ fn mean_correlation(likelihoods: &[f64]) -> usize {
 
 impl SmoothPath {
     /// Fits tracks `[T][coordinates]` at at least five ascending times; ρ is shared by all coordinates of an
-    /// object.
+    /// object. Values and polynomials are divided by the samples' deviations, so that noise is alike in all.
     #[must_use]
-    pub fn fit(times: &[f64], tracks: &[Vec<f64>]) -> Self {
+    pub fn fit<'a>(samples: impl Into<SampleTimes<'a>>, tracks: &[Vec<f64>]) -> Self {
+        let samples = samples.into();
+        let (times, sampling) = (samples.times, Sampling::of(samples));
         let window = Window::of(times);
         let count = (2 * times.len() / 3).clamp(FREE_COEFFICIENTS + 1, MOST_POLYNOMIALS);
-        let values = |time: &f64| window.polynomials(*time, count)[0].clone();
-        let rows: Vec<f64> = times.iter().flat_map(values).collect();
-        let rows = DMatrix::from_row_slice(times.len(), count, &rows);
-        let spacing = Spacing::of(times);
-        let coordinate = |i: usize| DVector::from_iterator(tracks.len(), tracks.iter().map(|x| x[i]));
+        let rows: Vec<Vec<f64>> =
+            times.iter().map(|&time| window.polynomials(time, count)[0].clone()).collect();
+        let alike = |rows: &[Vec<f64>], i: usize| {
+            let values = rows.iter().zip(sampling.deviations()).map(|(row, deviation)| row[i] / deviation);
+            DVector::from_iterator(rows.len(), values)
+        };
+        let coordinate = |i: usize| alike(tracks, i);
+        let rows = DMatrix::from_columns(&(0..count).map(|k| alike(&rows, k)).collect::<Vec<_>>());
         let tracks: Vec<DVector<f64>> = (0..tracks.first().map_or(0, Vec::len)).map(coordinate).collect();
-        let bases = |k: usize| Basis::new(&rows, &spacing, CORRELATION_STEP * k as f64);
+        let bases = |k: usize| Basis::new(&rows, &sampling, CORRELATION_STEP * k as f64);
         let bases: Vec<Basis> = (0..CORRELATIONS).map(bases).collect();
         let (likelihoods, mut found): (Vec<f64>, Vec<Vec<Fit>>) =
             bases.iter().map(|basis| fits(basis, &tracks)).unzip();

@@ -1,4 +1,4 @@
-use super::SmoothPath;
+use super::{SampleTimes, SmoothPath};
 use crate::testing::normal;
 use lgs_core::stream;
 
@@ -45,4 +45,24 @@ fn noise_scales_with_the_track() {
         assert!((far.deviation / near.deviation - 100.0).abs() < 1e-6);
         assert!((far.correlation - near.correlation).abs() < 1e-12);
     }
+}
+
+#[test]
+fn samples_that_are_badly_known_neither_bend_the_path_nor_raise_the_noise() {
+    let (times, exact) = tracks(0.0, 0.0, 7);
+    let (_, mut x) = tracks(0.002, 0.0, 7);
+    let deviations: Vec<f64> = (0..times.len()).map(|k| if k % 5 == 4 { 10.0 } else { 1.0 }).collect();
+    for ((x, exact), deviation) in x.iter_mut().zip(&exact).zip(&deviations) {
+        x.iter_mut().zip(exact).for_each(|(x, exact)| *x = exact + deviation * (*x - exact));
+    }
+    let error = |path: &SmoothPath| {
+        let miss = |(&time, exact): (&f64, &Vec<f64>)| {
+            path.at(time)[0].iter().zip(exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+        };
+        (times.iter().zip(&exact).map(miss).sum::<f64>() / times.len() as f64).sqrt()
+    };
+    let alike = SmoothPath::fit(&times, &x);
+    let weighed = SmoothPath::fit(SampleTimes { times: &times, deviations: &deviations }, &x);
+    assert!(error(&weighed) < 0.5 * error(&alike), "{} {}", error(&weighed), error(&alike));
+    assert!(weighed.noise().iter().all(|noise| (noise.deviation / 0.002 - 1.0).abs() < 0.25));
 }

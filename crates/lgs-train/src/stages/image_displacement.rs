@@ -44,6 +44,14 @@ impl Found {
     }
 }
 
+/// Standard deviations of the places of a body over time, in units of the median, which none is below: what
+/// shows a body better than most times do leaves the errors of its Gaussians, which are much the same at all.
+pub(super) fn deviations(found: &[Found]) -> Vec<f64> {
+    let median = median_variance(found);
+    let deviation = |found: &Found| (found.variance / median).sqrt().max(1.0);
+    if median.is_normal() { found.iter().map(deviation).collect() } else { Vec::new() }
+}
+
 /// Indices of the times at which the images show all of some bodies well, and of the start; `found` is by
 /// body and time. Where few images show a time, a body may be out of their view, and its pose there is that
 /// of the scene's motion; a fit takes all poses as equally good.

@@ -194,6 +194,7 @@ mod tests {
             shape: [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|p| [0.3 * p, -0.3 * p]).collect(),
             slow_error: 0.0,
             surroundings: Vec::new(),
+            deviations: Vec::new(),
             hits: Vec::new(),
         };
         (index, vec![body])

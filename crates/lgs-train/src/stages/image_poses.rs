@@ -14,7 +14,7 @@ use lgs_model::{LagrangianScene, Motion, SceneState, mapped_shape};
 use rayon::prelude::*;
 
 use super::displacement::Pose;
-use super::image_displacement::Found;
+use super::image_displacement::{Found, deviations};
 use super::initial_pose::mean;
 use super::observation::{Changes, Normal, Observation, observe};
 use super::thresholds::{CORRELATED_VALUES, FEWEST_ROUNDS, MOST_ROUNDS, PROGRESS};
@@ -109,6 +109,7 @@ impl<'a> ImagePoses<'a> {
         BodyPoses {
             times: self.times.iter().map(|&time| f64::from(time)).collect(),
             poses: self.states.iter().zip(found).map(pose).collect(),
+            deviations: deviations(found),
             deforms: body.deforms,
             shape: points.iter().map(|&p| wide(p) - center).collect(),
             slow_error: (square_error / found.len().max(1) as f64).sqrt(),

@@ -130,7 +130,7 @@ fn further_of_best(observed: &ObservedPoses, centers: &[Configured], of_centers:
 fn center_track(observed: &ObservedPoses, system: &Configured, at: usize) -> Track {
     let x: Vec<Vec<f64>> = system.x.iter().map(|x| x[at..].to_vec()).collect();
     let noise = observed.track.noise[3..].to_vec();
-    Track { noise, ..Track::new(&Coordinates::Point, &observed.times, &x) }
+    Track { noise, ..Track::new(&Coordinates::Point, observed.samples(), &x) }
 }
 
 /// The rotation of a free body: that about a pivot at its centre, on which no weight acts.
@@ -142,7 +142,7 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
     let coordinates = Coordinates::Ball(*ball);
     let x: Vec<Vec<f64>> = x.iter().map(|x| x[..4].to_vec()).collect();
     let noise = observed.track.noise[..3].to_vec();
-    let track = Track { noise, ..Track::new(&coordinates, &observed.times, &x) };
+    let track = Track { noise, ..Track::new(&coordinates, observed.samples(), &x) };
     let arm = ball.arm.iter().map(|a| a * a).sum::<f64>().sqrt();
     let has_arm = arm > 0.0;
     let is_own = |c: &Candidate| c.coordinates == coordinates && has_arm == acts_on(c, Port::Arm);
@@ -157,7 +157,7 @@ fn choose_about_pivot(observed: &ObservedPoses, x: &[Vec<f64>], ball: &Ball) -> 
 /// explains how it turns and is as simple as the likeliest.
 fn choose_along_joint(system: &Configured, observed: &ObservedPoses) -> Option<Choice> {
     let joint = &system.coordinates;
-    let track = observed.along(joint, Track::new(joint, &observed.times, &system.x));
+    let track = observed.along(joint, Track::new(joint, observed.samples(), &system.x));
     let choice = observed.choose_in(joint, &track);
     let mut choice = observed.choose_further(choice, (joint, &track), system.chi_square)?;
     let is_balanced = matches!(joint, Coordinates::Hinge(hinge) if observed.is_balanced_on(hinge));

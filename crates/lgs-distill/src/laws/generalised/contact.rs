@@ -94,7 +94,8 @@ fn about(
         coordinates,
         hits: surroundings.hits.to_vec(),
     };
-    let bounced = explain(&body, &Observed { times: &observed.times, x: &x, least })?;
+    let bounced =
+        explain(&body, &Observed { times: &observed.times, x: &x, deviations: &observed.deviations, least })?;
     let bounced = with_walls_ahead(bounced, [observed.times[0], motion.duration()], surroundings);
     Some(Impacted { bounced, middle })
 }

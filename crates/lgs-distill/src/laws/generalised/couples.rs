@@ -13,6 +13,7 @@ use lgs_core::geometry::exp;
 use lgs_mechanics::choose::{Choice, choose};
 use lgs_mechanics::coordinates::{Coordinates, Port, Tree};
 use lgs_mechanics::fit::Track;
+use lgs_mechanics::noise::SampleTimes;
 use rayon::prelude::*;
 
 /// Two bodies at the same times.
@@ -45,7 +46,10 @@ pub(super) fn choose_couple(bodies: Two<'_>) -> Option<Rated> {
 
 /// The track of two bodies, no better known than their poses are.
 fn track_of(bodies: Two<'_>, system: &Configured) -> Track {
-    let mut track = Track::new(&system.coordinates, &bodies[0].times, &system.x);
+    let [first, second] = bodies.map(|body| &body.deviations);
+    let deviations: Vec<f64> = first.iter().zip(second).map(|(a, b)| a.max(*b)).collect();
+    let samples = SampleTimes { deviations: &deviations, ..bodies[0].samples() };
+    let mut track = Track::new(&system.coordinates, samples, &system.x);
     if system.coordinates == Coordinates::Pair {
         track.noise = bodies.iter().flat_map(|body| body.track.noise[3..].iter().copied()).collect();
         return track;

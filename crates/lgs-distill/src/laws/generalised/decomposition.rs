@@ -83,7 +83,7 @@ impl Decomposition {
         let system = || self.configured(modes, whole);
         let Configured { coordinates, x, .. } = system();
         let noise = whole.noise[..modes].to_vec();
-        let track = Track { noise, ..Track::new(&coordinates, &whole.times, &x) };
+        let track = Track { noise, ..Track::new(&coordinates, whole.samples(), &x) };
         let choice = choose(&laws.candidates(&coordinates), &track, &track.scales(&coordinates));
         let Some(choice) = choice else { return Vec::new() };
         let most = choice.law().score() + behind;

@@ -72,7 +72,7 @@ impl<'a> InFlight<'a> {
         let rows: Vec<Vec<f64>> = deformation.amplitudes.iter().map(|row| row[..entries].to_vec()).collect();
         let coordinates = deformation.coordinates(entries);
         let amplitudes =
-            Track::new(&coordinates, &center.times, &rows).coarsened(&coordinates, [0.0, resolution]);
+            Track::new(&coordinates, center.samples(), &rows).coarsened(&coordinates, [0.0, resolution]);
         Some(Self { motion, resolution, rest, points, center, deformation, amplitudes })
     }
 
@@ -172,7 +172,8 @@ fn track_of(motion: &SharedMotion, point: DVec3, resolution: f64) -> Track {
     let middle = mean(&motion.poses).apply(point);
     let place = |pose: &Pose| (pose.apply(point) - middle).to_array().to_vec();
     let x: Vec<Vec<f64>> = motion.poses.iter().map(place).collect();
-    Track::new(&Coordinates::Point, &times, &x).coarsened(&Coordinates::Point, [0.0, resolution])
+    let track = Track::new(&Coordinates::Point, motion.samples(&times), &x);
+    track.coarsened(&Coordinates::Point, [0.0, resolution])
 }
 
 /// Whether a point stays where it is, to within its noise.

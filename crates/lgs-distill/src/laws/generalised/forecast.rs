@@ -10,6 +10,7 @@ use crate::thresholds::{FORECAST_DRAWS, UNDESCRIBED_FRACTION};
 use glam::DVec3;
 use lgs_core::geometry::trace;
 use lgs_mechanics::fit::{Settings, Track, shoot};
+use lgs_mechanics::noise::SampleTimes;
 use lgs_mechanics::terms::Term;
 use lgs_mechanics::{Candidate, Edit, FAILS, FORECAST_ERROR, System, TRUSTED_FRACTION};
 use std::ops::Range;
@@ -28,7 +29,8 @@ pub(crate) struct ForecastErrors {
     pub(super) fails: bool,
 }
 
-/// Sums over hidden samples of mean squared distances over the particles.
+/// Sums over hidden samples of mean squared distances over the particles, each counted by how well its pose is
+/// known.
 #[derive(Clone, Copy, Default)]
 struct Squares {
     /// From the observed poses to the forecast ones.
@@ -108,9 +110,12 @@ impl<'a> Blocked<'a> {
             x.iter_mut().zip(places).for_each(|(x, place)| x[4..].copy_from_slice(&place));
         }
         let coordinates = &rated.best().judged.fitted.law.coordinates;
+        let deviation = |k| bodies.iter().map(|body| body.deviation(k)).fold(0.0, f64::max);
+        let deviations: Vec<f64> = (0..times.len()).map(deviation).collect();
         let place = FORECAST_ERROR * SharedMotion::rms_displacement_of(&bodies);
         let turn = place / trace(&bodies[0].covariance()).sqrt().max(f64::MIN_POSITIVE);
-        let track = Track::new(coordinates, &times, &x).coarsened(coordinates, [turn, place]);
+        let samples = SampleTimes { times: &times, deviations: &deviations };
+        let track = Track::new(coordinates, samples, &x).coarsened(coordinates, [turn, place]);
         Some(Self { rated, track, points: points_of(&bodies), bodies })
     }
 
@@ -142,9 +147,13 @@ impl<'a> Blocked<'a> {
         let placed = self.rated.best().posterior.placed.with_fit(&fitted);
         let forecast = placed.poses(&times)?;
         let nearest = self.observed(if hidden.start > seen.start { seen.end - 1 } else { seen.start });
-        let observed: Vec<Vec<Pose>> = hidden.map(|sample| self.observed(sample)).collect();
+        let observed: Vec<Vec<Pose>> = hidden.clone().map(|sample| self.observed(sample)).collect();
+        let deviations = &self.track.sampling.deviations()[hidden];
+        let square = |(deviation, (a, b)): (&f64, (&Vec<Pose>, &Vec<Pose>))| {
+            (distance(&self.points, a, b) / deviation).powi(2)
+        };
         let sum = |others: &[Vec<Pose>]| -> f64 {
-            forecast.iter().zip(others).map(|(a, b)| distance(&self.points, a, b).powi(2)).sum()
+            deviations.iter().zip(forecast.iter().zip(others)).map(square).sum()
         };
         let posterior = Posterior::of(placed, &fitted);
         let drawn: Vec<f64> = posterior
@@ -157,7 +166,7 @@ impl<'a> Blocked<'a> {
             .collect();
         Some(Squares {
             error: sum(&observed),
-            displacement: observed.iter().map(|a| distance(&self.points, a, &nearest).powi(2)).sum(),
+            displacement: deviations.iter().zip(observed.iter().map(|a| (a, &nearest))).map(square).sum(),
             expected: drawn.iter().sum::<f64>() / FORECAST_DRAWS as f64,
         })
     }

@@ -32,7 +32,15 @@ fn seen(kind: PoseKind, seed: u64, pose: &dyn Fn(f64) -> Pose) -> SharedMotion {
         Pose { linear, shift: shift + draw() }
     };
     let poses = times.iter().map(disturbed).collect();
-    SharedMotion { kind, times, poses, shape: shape(), weights: vec![1.0 / 64.0; 64], residual: 0.0 }
+    SharedMotion {
+        kind,
+        times,
+        poses,
+        shape: shape(),
+        weights: vec![1.0 / 64.0; 64],
+        deviations: Vec::new(),
+        residual: 0.0,
+    }
 }
 
 /// Share of a body's true positions inside of the band of its law, from 0 to 3 windows.

@@ -91,17 +91,21 @@ impl GeneralisedLaw {
         placed.into_iter().zip(&self.bases).map(pose).collect()
     }
 
-    /// Root mean square error of the particles' positions over the window.
+    /// Root mean square error of the particles' positions over the window, each pose counted by how well it
+    /// is known.
     fn error_over(&self, bodies: &[&SharedMotion]) -> Option<f64> {
         let times: Vec<f64> = bodies[0].times.iter().map(|t| t - bodies[0].times[0]).collect();
         let states = System::new(&self.law, Edit::NONE).states(&self.start, &times).ok()?;
         let points = points_of(bodies);
         let of_sample = |(sample, state): (usize, &State)| {
             let observed: Vec<Pose> = bodies.iter().map(|motion| motion.poses[sample]).collect();
-            distance(&points, &self.poses_in(&state.x), &observed).powi(2)
+            let deviation = bodies.iter().map(|motion| motion.deviation(sample)).fold(0.0, f64::max);
+            let weight = deviation.powi(-2);
+            (weight, weight * distance(&points, &self.poses_in(&state.x), &observed).powi(2))
         };
-        let sum: f64 = states.iter().enumerate().map(of_sample).sum();
-        Some((sum / times.len() as f64).sqrt())
+        let add = |(total, sum): (f64, f64), (weight, square): (f64, f64)| (total + weight, sum + square);
+        let (total, sum) = states.iter().enumerate().map(of_sample).fold((0.0, 0.0), add);
+        Some((sum / total).sqrt())
     }
 
     /// The verdict, and the times between which the forecast is trusted: those where the 90 % band over the

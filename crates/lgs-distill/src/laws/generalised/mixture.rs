@@ -87,7 +87,15 @@ mod tests {
     fn body(shape: &[DVec3]) -> SharedMotion {
         let weights = vec![(shape.len() as f64).recip(); shape.len()];
         let (times, poses) = (vec![0.0, 1.0], vec![STILL; 2]);
-        SharedMotion { kind: PoseKind::Rigid, times, poses, shape: shape.to_vec(), weights, residual: 0.0 }
+        SharedMotion {
+            kind: PoseKind::Rigid,
+            times,
+            poses,
+            shape: shape.to_vec(),
+            weights,
+            deviations: Vec::new(),
+            residual: 0.0,
+        }
     }
 
     /// A law in coordinates of its own, of a rate 1 along the first coordinate with a deviation.

@@ -17,8 +17,8 @@ pub(super) fn choose_modal(motion: &SharedMotion, laws: Laws, resolution: f64) -
     let found = Decomposition::of(motion)?;
     let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
     let coordinates = found.coordinates(ENTRIES);
-    let whole =
-        Track::new(&coordinates, &times, &found.amplitudes).coarsened(&coordinates, [0.0, resolution]);
+    let whole = Track::new(&coordinates, motion.samples(&times), &found.amplitudes)
+        .coarsened(&coordinates, [0.0, resolution]);
     let size = (whole.independent_samples(), ENTRIES * times.len());
     let of_modes =
         (1..=MOST_MODES.min(found.count())).flat_map(|modes| found.laws(modes, &whole, laws, f64::INFINITY));
@@ -54,7 +54,15 @@ mod tests {
         };
         let weights = vec![(shape.len() as f64).recip(); shape.len()];
         let poses = times.iter().map(pose).collect();
-        SharedMotion { kind: PoseKind::Affine, times, poses, shape, weights, residual: 0.0 }
+        SharedMotion {
+            kind: PoseKind::Affine,
+            times,
+            poses,
+            shape,
+            weights,
+            deviations: Vec::new(),
+            residual: 0.0,
+        }
     }
 
     #[test]

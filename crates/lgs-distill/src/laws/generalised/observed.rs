@@ -12,7 +12,7 @@ use lgs_mechanics::choose::{
 };
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
-use lgs_mechanics::noise::Noise;
+use lgs_mechanics::noise::{Noise, SampleTimes};
 use lgs_mechanics::terms::{Role, Scales};
 
 /// Which laws are admitted.
@@ -52,6 +52,8 @@ impl Laws {
 pub(super) struct ObservedPoses {
     pub(super) times: Vec<f64>,
     pub(super) poses: Vec<Pose>,
+    /// Standard deviation of each pose in units of the usual one; empty where all are alike.
+    pub(super) deviations: Vec<f64>,
     /// Principal axes and moments of the particles' second moments.
     pub(super) inertia: Inertia,
     /// The same poses in rigid coordinates.
@@ -78,13 +80,14 @@ impl ObservedPoses {
         let rigid = Coordinates::Rigid(inertia);
         let times: Vec<f64> = motion.times.iter().map(|t| t - motion.times[0]).collect();
         let x = configurations(&motion.poses, &inertia);
-        let mut track = Track::new(&rigid, &times, &x);
+        let mut track = Track::new(&rigid, motion.samples(&times), &x);
         let radius = trace(&motion.covariance()).sqrt();
         coarsen(&mut track.noise[..3], resolution / radius.max(f64::MIN_POSITIVE));
         coarsen(&mut track.noise[3..], resolution);
         Self {
             times,
             poses: motion.poses.clone(),
+            deviations: motion.deviations.clone(),
             inertia,
             track,
             laws,
@@ -95,6 +98,11 @@ impl ObservedPoses {
             resolution,
             inflation: 1.0,
         }
+    }
+
+    /// The times of the poses, with how well each is known.
+    pub(super) fn samples(&self) -> SampleTimes<'_> {
+        SampleTimes { times: &self.times, deviations: &self.deviations }
     }
 
     /// The likeliest of some laws of a track of the body.

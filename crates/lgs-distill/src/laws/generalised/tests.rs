@@ -23,7 +23,15 @@ fn motion(pose: impl Fn(f64) -> Pose) -> SharedMotion {
     let shape = block([0.3, 0.2, 0.1], 64, 5);
     let weights = vec![1.0 / 64.0; 64];
     let poses = times().into_iter().map(pose).collect();
-    SharedMotion { kind: PoseKind::Rigid, times: times(), poses, shape, weights, residual: 0.0 }
+    SharedMotion {
+        kind: PoseKind::Rigid,
+        times: times(),
+        poses,
+        shape,
+        weights,
+        deviations: Vec::new(),
+        residual: 0.0,
+    }
 }
 
 /// A body that turns about an axis through a pivot by an angle.

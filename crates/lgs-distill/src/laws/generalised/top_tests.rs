@@ -36,7 +36,15 @@ fn observed((law, start): (&Law, &State), deviation: f64) -> SharedMotion {
     };
     let poses: Vec<Pose> = states.iter().map(pose).collect();
     let shape = block([0.5, 0.5, 0.1], 64, 5);
-    SharedMotion { kind: PoseKind::Rigid, times, poses, shape, weights: vec![1.0 / 64.0; 64], residual: 0.0 }
+    SharedMotion {
+        kind: PoseKind::Rigid,
+        times,
+        poses,
+        shape,
+        weights: vec![1.0 / 64.0; 64],
+        deviations: Vec::new(),
+        residual: 0.0,
+    }
 }
 
 /// Largest entry by which the rotation of a found law's body is off at a time, under an edit.

@@ -1,29 +1,63 @@
-//! Distances of samples in time, in units of the usual one.
+//! Distances of samples in time, in units of the usual one, and how well each of them is known.
 
-/// How far the samples of a track lie apart.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spacing {
-    /// Interval before each sample over the median interval; 0 for the first.
-    before: Vec<f64>,
+/// Ascending times at which something is observed, and how well it is known at each of them.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleTimes<'a> {
+    /// Times, units of the track.
+    pub times: &'a [f64],
+    /// Standard deviation of each sample in units of the usual one; empty where all are alike.
+    pub deviations: &'a [f64],
 }
 
-impl Spacing {
-    /// Spacing of ascending times.
+impl<'a> From<&'a [f64]> for SampleTimes<'a> {
+    fn from(times: &'a [f64]) -> Self {
+        Self { times, deviations: &[] }
+    }
+}
+
+impl<'a> From<&'a Vec<f64>> for SampleTimes<'a> {
+    fn from(times: &'a Vec<f64>) -> Self {
+        times.as_slice().into()
+    }
+}
+
+/// How far the samples of a track lie apart, and how well each is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sampling {
+    /// Interval before each sample over the median interval; 0 for the first.
+    before: Vec<f64>,
+    /// Standard deviation of each sample in units of the usual one.
+    deviations: Vec<f64>,
+}
+
+impl Sampling {
+    /// The sampling of a track.
     #[must_use]
-    pub fn of(times: &[f64]) -> Self {
+    pub fn of<'a>(samples: impl Into<SampleTimes<'a>>) -> Self {
+        let SampleTimes { times, deviations } = samples.into();
         let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mut sorted = gaps.clone();
         sorted.sort_by(f64::total_cmp);
         let median = sorted.get(sorted.len() / 2).map_or(1.0, |gap| gap.max(f64::MIN_POSITIVE));
-        Self { before: std::iter::once(0.0).chain(gaps.iter().map(|gap| gap / median)).collect() }
+        let of_sample = |k: usize| deviations.get(k).copied().unwrap_or(1.0);
+        Self {
+            before: std::iter::once(0.0).chain(gaps.iter().map(|gap| gap / median)).collect(),
+            deviations: (0..times.len()).map(of_sample).collect(),
+        }
     }
 
-    /// The spacing of a range of samples.
+    /// The sampling of a range of samples.
     #[must_use]
     pub fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let mut before = self.before[range].to_vec();
+        let mut before = self.before[range.clone()].to_vec();
         before.iter_mut().take(1).for_each(|first| *first = 0.0);
-        Self { before }
+        Self { before, deviations: self.deviations[range].to_vec() }
+    }
+
+    /// Standard deviation of each sample in units of the usual one.
+    #[must_use]
+    pub fn deviations(&self) -> &[f64] {
+        &self.deviations
     }
 
     /// Share of each sample that counts as independent where neighbours at the usual distance are correlated
