@@ -8,7 +8,7 @@
 //! that is resumed follows the record as far as it goes, so it repeats what was done exactly, whatever the
 //! machine does; beyond, it looks at the time again. Whether there was time to refine the Gaussians, to seek
 //! laws by the images for objects that have none and after stage 3, and for another round of stage 1 is
-//! recorded too.
+//! recorded too, as is which of the longer searches for laws by the images there was time for.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -122,6 +122,14 @@ impl Budget {
         let of_a_round = (self.used() - begun) / (round - 1) as f64;
         let fits = of_a_round * round as f64 <= DISTILL_SHARE * (self.secs - begun);
         *self.schedule.has_time_for.entry(format!("{}, round {round}", Stage::Distill.name())).or_insert(fits)
+    }
+
+    /// Whether the choice of laws by images has time for another search, of a given name, which takes about as
+    /// long as all of it before, beside the choice after stage 3: as recorded, or by the time.
+    pub(crate) fn has_time_for_search(&mut self, name: &str) -> bool {
+        let taken = self.current.as_ref().map_or(0.0, |current| self.used() - current.begun);
+        let fits = 2.0 * taken + LAST_STAGE_GRACE * self.secs <= self.left();
+        *self.schedule.has_time_for.entry(name.to_owned()).or_insert(fits)
     }
 
     /// A stage ends.

@@ -34,8 +34,8 @@ pub struct Schedule {
     /// Seconds that the fit of the dynamics has taken.
     #[serde(default)]
     pub fit_secs: f64,
-    /// Whether there was time for a stage that can be left out or cut short, by its name, and for a round of
-    /// stage 1, by its name and the number.
+    /// Whether there was time for a stage that can be left out or cut short, by its name, for a round of
+    /// stage 1, by its name and the number, and for a search for laws by images, by what was sought.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub has_time_for: BTreeMap<String, bool>,
     /// Paces in the order in which they were set.

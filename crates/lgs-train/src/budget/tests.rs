@@ -81,6 +81,17 @@ fn stage_1_goes_into_another_round_where_that_leaves_time_for_what_follows() {
 }
 
 #[test]
+fn a_choice_of_laws_goes_on_where_that_leaves_time_for_the_last_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut budget = Budget::open(1000.0, &folder.path().join("schedule.json")).expect("open");
+    budget.begin(Stage::FitDynamics, LastStage::TuneGaussians);
+    assert!(budget.has_time_for_search("parts"));
+    budget.used_before = 330.0;
+    assert!(!budget.has_time_for_search("couples"), "330 seconds twice and 50 of 670");
+    assert!(budget.has_time_for_search("parts"), "decided once");
+}
+
+#[test]
 fn a_recorded_schedule_is_followed_to_its_last_digit_and_damage_is_named() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("schedule.json");

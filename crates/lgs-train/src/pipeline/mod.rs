@@ -187,6 +187,9 @@ impl Pipeline<'_> {
     fn fit_dynamics(&self, scene: LagrangianScene) -> Result<FitDynamics<'_>, TrainError> {
         let fit = FitDynamics::new(scene, self.training_data(), &self.config.fit_dynamics);
         let fit = fit.choosing_laws(self.config.distill.resolving(self.dataset.pixel_size()));
+        let fit = fit.while_there_is_time(|search| {
+            self.budget.as_ref().is_none_or(|budget| budget.borrow_mut().has_time_for_search(search.name()))
+        });
         Ok(if self.has_time_for(Stage::FitDynamics)? { fit } else { fit.of_known_laws() })
     }
 

@@ -9,7 +9,7 @@ use super::TrainingData;
 use super::bands_of_views::with_bands_of_views;
 use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
-use super::law_choice::{LawChoice, Sought};
+use super::law_choice::{LawChoice, LongSearch, Sought};
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
@@ -27,6 +27,8 @@ pub struct FitDynamics<'a> {
     laws: Option<DistillConfig>,
     /// Whether there is time to seek laws of objects that have none.
     has_time: bool,
+    /// Whether there is time for a search that takes long.
+    has_time_for: Box<dyn Fn(LongSearch) -> bool + 'a>,
 }
 
 impl<'a> FitDynamics<'a> {
@@ -43,7 +45,16 @@ impl<'a> FitDynamics<'a> {
             seed,
             laws: None,
             has_time: true,
+            has_time_for: Box::new(|_| true),
         }
+    }
+}
+
+impl<'a> FitDynamics<'a> {
+    /// The same with searches that take long left out where there is no time for them.
+    #[must_use]
+    pub fn while_there_is_time(self, has_time_for: impl Fn(LongSearch) -> bool + 'a) -> Self {
+        Self { has_time_for: Box::new(has_time_for), ..self }
     }
 }
 
@@ -66,7 +77,7 @@ impl FitDynamics<'_> {
     pub fn with_laws_of_images(self) -> (LagrangianScene, f64) {
         let frames = self.config.observed(self.frames, 0);
         let (scene, gain) = match &self.laws {
-            Some(laws) => with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, Sought::OfEach)),
+            Some(laws) => self.chosen(laws, Sought::OfEach, &frames),
             None => (self.scene.clone(), 0.0),
         };
         let resolved = self.laws.as_ref().map_or(0.0, |laws| f64::from(laws.forecast_tolerance));
@@ -75,9 +86,12 @@ impl FitDynamics<'_> {
 }
 
 impl FitDynamics<'_> {
-    /// Laws of parts and of couples are sought once, before the first step.
-    fn choice<'b>(&self, config: &'b DistillConfig, sought: Sought) -> LawChoice<'b> {
-        LawChoice { config, seed: self.seed, sought: if self.has_time { sought } else { Sought::Known } }
+    /// The scene with laws chosen by images, and by how many decibels it draws them better. Laws of parts and
+    /// of couples are sought once, before the first step.
+    fn chosen(&self, config: &DistillConfig, sought: Sought, frames: &[&Frame]) -> (LagrangianScene, f64) {
+        let sought = if self.has_time { sought } else { Sought::Known };
+        let choice = LawChoice { config, seed: self.seed, sought };
+        with_laws_of_images(self.scene.clone(), frames, choice, &self.has_time_for)
     }
 }
 
@@ -101,8 +115,7 @@ impl Trainer for FitDynamics<'_> {
     fn step(&mut self) -> StepReport {
         let frames = self.config.observed(self.frames, self.step);
         if let Some(laws) = self.laws.as_ref().filter(|_| self.step == 0) {
-            (self.scene, _) =
-                with_laws_of_images(self.scene.clone(), &frames, self.choice(laws, Sought::All));
+            (self.scene, _) = self.chosen(laws, Sought::All, &frames);
             self.newton = Newton::new(&self.scene, self.seed);
         }
         let report = self.newton.step(&self.scene, &frames);

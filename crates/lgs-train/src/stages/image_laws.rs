@@ -15,7 +15,7 @@ use super::image_couples::couples;
 use super::image_displacement::{Found, well_shown};
 use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
-use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
+use super::law_choice::{HasTime, LawChoice, LongSearch, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
 use super::recorded_bodies::{
     bodies_of, has_law, has_parts, recorded, with_poses_of_images, with_recorded_bodies,
@@ -33,6 +33,7 @@ pub(super) fn with_laws_of_images(
     scene: LagrangianScene,
     frames: &[&Frame],
     choice: LawChoice<'_>,
+    has_time_for: HasTime<'_>,
 ) -> (LagrangianScene, f64) {
     let config = choice.config;
     let mut times: Vec<f32> = frames.iter().map(|frame| frame.time).filter(|&time| time >= 0.0).collect();
@@ -59,10 +60,10 @@ pub(super) fn with_laws_of_images(
     let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
     let shown = offered.iter().copied().zip(found.iter().map(|found| well_shown(found))).collect();
     let mut bodies = at_well_shown_times(bodies, &shown);
-    let offers = offers(&scene, &mut bodies, choice);
+    let offers = offers(&scene, &mut bodies, choice, has_time_for);
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
-    if choice.sought == Sought::All {
+    if choice.sought == Sought::All && has_time_for(LongSearch::Couples) {
         let found = couples(&best.scene, &bodies, choice);
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
     }
@@ -80,11 +81,19 @@ fn at_well_shown_times(bodies: Vec<ObjectPoses>, shown: &BTreeMap<usize, Vec<usi
 
 /// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws of
 /// parts of the window.
-fn offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], choice: LawChoice<'_>) -> Vec<Offer> {
+fn offers(
+    scene: &LagrangianScene,
+    bodies: &mut [ObjectPoses],
+    choice: LawChoice<'_>,
+    has_time_for: HasTime<'_>,
+) -> Vec<Offer> {
     let offer =
         |(index, bodies): &ObjectPoses| Offer::new((scene, *index), bodies.clone(), choice.of_object(*index));
     let offers = first_offers(scene, bodies, &offer);
     let offers = with_hits((scene, offers), bodies, &offer);
+    if choice.sought != Sought::All || !has_time_for(LongSearch::Parts) {
+        return offers;
+    }
     let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
         offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
     };
@@ -207,7 +216,7 @@ impl Offer {
         self,
         own: &ObjectModel,
         bodies: &[BodyPoses],
-        LawChoice { config, seed, sought }: LawChoice<'_>,
+        LawChoice { config, seed, .. }: LawChoice<'_>,
     ) -> Self {
         let [body] = bodies else { return self };
         let of_own = || own_law(own).map(|own| (&own.law, &own.known));
@@ -216,7 +225,7 @@ impl Offer {
         let is_trusted = known.is_some_and(|(_, known)| known.trusted[1] > end);
         // A law through hits of which others tell needs no parts.
         let is_hit = !body.hits.is_empty() && self.law_of_window().is_some_and(is_struck);
-        if sought != Sought::All || is_trusted || is_hit || has_parts(own) {
+        if is_trusted || is_hit || has_parts(own) {
             return self;
         }
         let impacts = known.map_or_else(Vec::new, |(law, known)| known_impacts(law, known));

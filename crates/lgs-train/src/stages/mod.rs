@@ -42,6 +42,7 @@ pub use fit_dynamics::FitDynamics;
 pub use held_to_source::{HeldToSource, SourceOfScene, WorseThanSource, held_to_source};
 pub(crate) use held_to_source::{load_rows, save_rows};
 pub use initialise_scene::{InitialScene, InitialSceneRequest, initialise_scene};
+pub use law_choice::LongSearch;
 pub use motion_options::MotionOptions;
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
