@@ -8,6 +8,7 @@
 //! One motion path: training, evaluation, rendering and export all obtain a Lagrangian scene's Gaussians from
 //! [`Motion`].
 
+mod light;
 mod scene;
 mod shading;
 pub mod source;
@@ -15,6 +16,7 @@ mod tensor_file;
 pub mod testing;
 mod thresholds;
 
+pub use light::{Irradiance, Light};
 pub use scene::{
     Continuation, Dynamics, GeneralisedDynamics, ObjectContact, ObjectFields, PartDynamics, ParticleDynamics,
     Projection, Recording, Shadow,

@@ -21,6 +21,12 @@ pub struct ShadingTimes {
 }
 
 impl ShadingTimes {
+    /// The known times.
+    pub fn all(self) -> impl Iterator<Item = f32> {
+        let [first, last] = self.span;
+        (0..self.count).map(move |index| first + (last - first) * index as f32 / (self.count - 1) as f32)
+    }
+
     /// The index of the known time before a time, and the weight of the one after it, from 0 to 1.
     #[must_use]
     pub fn at(self, time: f32) -> (usize, f32) {
@@ -64,6 +70,18 @@ impl Shading {
         self.log_gains.is_empty()
     }
 
+    /// The times at which factors are known.
+    #[must_use]
+    pub fn times(&self) -> ShadingTimes {
+        self.times
+    }
+
+    /// The logarithms `[n, count]`, row by row.
+    #[must_use]
+    pub fn log_gains(&self) -> &[f32] {
+        &self.log_gains
+    }
+
     /// Factors of all Gaussians at a time.
     pub fn gains(&self, time: f32) -> impl Iterator<Item = f32> {
         let (before, part) = self.times.at(time);
@@ -77,11 +95,7 @@ impl Shading {
     /// If their number is another.
     pub fn shade(&self, cloud: &mut GaussianCloud, time: f32) {
         assert_eq!(cloud.len(), self.len(), "Gaussians of a shading");
-        let stride = cloud.sh_stride();
-        for (gain, sh) in self.gains(time).zip(cloud.sh.chunks_exact_mut(stride)) {
-            sh.iter_mut().for_each(|value| *value *= gain);
-            sh[..3].iter_mut().for_each(|value| *value += shift(gain));
-        }
+        multiply_colors(cloud, 0, self.gains(time));
     }
 
     /// The factors of some Gaussians, by row.
@@ -120,6 +134,15 @@ impl Shading {
             }
             found => Err(file.field(SPAN, "a first and a later last time", format!("{found:?}"))),
         }
+    }
+}
+
+/// Multiplies the colours of Gaussians from a row on by factors.
+pub(crate) fn multiply_colors(cloud: &mut GaussianCloud, first: usize, gains: impl Iterator<Item = f32>) {
+    let stride = cloud.sh_stride();
+    for (gain, sh) in gains.zip(cloud.sh[first * stride..].chunks_exact_mut(stride)) {
+        sh.iter_mut().for_each(|value| *value *= gain);
+        sh[..3].iter_mut().for_each(|value| *value += shift(gain));
     }
 }
 

@@ -29,6 +29,7 @@ pub fn particles(
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
     }

@@ -62,3 +62,9 @@ pub(crate) const ACCELERATION_STRIDE: usize = 4;
 pub(crate) const HANDOVER: f64 = 0.1;
 /// Part of a recording at either end that gives the velocity at which a free body goes on: as short.
 pub(crate) const END_OF_RECORDING: f64 = 0.1;
+
+// Light that stands still (method §5.11)
+
+/// Least irradiance of a surface, over the mean of all: a polynomial of second degree is below zero where a
+/// sun alone lights nothing.
+pub(crate) const LEAST_IRRADIANCE: f64 = 0.05;

@@ -43,6 +43,7 @@ fn scene(blocks: usize) -> LagrangianScene {
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.05, time_window: 0.75 },
         background: [1.0; 3],
     }

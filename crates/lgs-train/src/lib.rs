@@ -25,6 +25,7 @@ pub mod events;
 mod figures;
 mod import;
 mod layers;
+mod lighting;
 mod pipeline;
 mod preset;
 mod resolve;

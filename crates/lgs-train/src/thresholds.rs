@@ -240,3 +240,14 @@ pub(crate) const LOWEST_LAMP: f64 = 1.1;
 pub(crate) const LAMPS: usize = 64;
 /// Error of a lamp, in that of the best sun, at which it is taken: less light explains less by chance.
 pub(crate) const LAMP_GAIN: f64 = 0.5;
+
+// Light that stands still (method §5.11)
+
+/// Directions in which a sun is sought, some ten degrees apart, and how many times as many near the best one.
+pub(crate) const SUNS: usize = 400;
+pub(crate) const SUNS_NEAR: usize = 30;
+/// Strongest sun, over the mean of all irradiances: beside it hardly anything is left of the sky.
+pub(crate) const STRONGEST_SUN: f64 = 3.8;
+/// Weight of a coefficient of light from everywhere being zero, in that of all brightnesses: it decides those
+/// that no surface shows.
+pub(crate) const LIGHT_RIDGE: f64 = 1e-4;

@@ -55,6 +55,7 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.02, time_window: 0.4 },
         background: [1.0; 3],
     }

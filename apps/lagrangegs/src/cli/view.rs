@@ -124,6 +124,7 @@ pub(super) fn resting(source: &dyn SourceModel, background: [f32; 3]) -> Lagrang
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.01, time_window: source.time_range().map_or(1.0, |[_, last]| last) },
         background,
     }

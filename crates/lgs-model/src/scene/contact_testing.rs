@@ -47,6 +47,7 @@ pub(super) fn row() -> LagrangianScene {
         }),
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.05, time_window: 1.0 },
         background: [1.0; 3],
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::dynamics_file::{insert_dynamics, json, read_dynamics};
 use super::recording_file::{insert_recording, read_recording};
 use super::{LagrangianScene, MotionConfig, ObjectContact, ObjectModel};
+use crate::light::Light;
 use crate::shading::Shading;
 use crate::tensor_file::{TensorFile, TensorFileError};
 use lgs_core::{CloudError, GaussianCloud};
@@ -109,6 +110,9 @@ pub fn scene_to_tensors(scene: &LagrangianScene, format: &str) -> TensorFile {
     if let Some(shading) = &scene.shading {
         shading.insert_into(&mut file);
     }
+    if let Some(light) = &scene.light {
+        light.insert_into(&mut file);
+    }
     file.set_metadata("motion", json(&scene.motion));
     file.set_metadata("objects", scene.objects.len().to_string());
     if let Some(contact) = &scene.contact {
@@ -152,6 +156,7 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     let motion = read_motion(file)?;
     let objects = read_objects(file, dynamic_gaussians.len())?;
     let shading = Shading::read_from(file, static_gaussians.len() + dynamic_gaussians.len())?;
+    let light = Light::read_from(file, dynamic_gaussians.len())?;
     let mut scene = LagrangianScene {
         static_gaussians,
         dynamic_gaussians,
@@ -160,6 +165,7 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
         contact: None,
         shadows: Vec::new(),
         shading,
+        light,
         motion,
         background,
     };

@@ -25,6 +25,7 @@ use std::ops::Range;
 use lgs_core::GaussianCloud;
 use serde::{Deserialize, Serialize};
 
+use crate::light::Light;
 use crate::shading::Shading;
 
 pub use contact::ObjectContact;
@@ -85,6 +86,8 @@ pub struct LagrangianScene {
     pub shadows: Vec<Shadow>,
     /// How the Gaussians are lit over time, static first, then dynamic; nothing where colours are constant.
     pub shading: Option<Shading>,
+    /// The light in which the dynamic Gaussians turn, if it is known.
+    pub light: Option<Light>,
     /// Integration settings.
     pub motion: MotionConfig,
     /// Colour behind the Gaussians.
@@ -120,6 +123,9 @@ impl LagrangianScene {
         cloud.sh.extend_from_slice(&self.dynamic_gaussians.sh);
         if let Some(shading) = &self.shading {
             shading.shade(&mut cloud, time);
+        }
+        if let Some(light) = &self.light {
+            light.shade(&mut cloud, state);
         }
         cloud
     }

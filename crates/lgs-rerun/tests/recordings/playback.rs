@@ -36,6 +36,7 @@ fn scene() -> LagrangianScene {
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
     }

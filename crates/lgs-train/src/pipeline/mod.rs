@@ -21,6 +21,7 @@ use crate::contact::with_contact;
 use crate::driver::{Control, SceneTrainer, Trainer};
 use crate::error::TrainError;
 use crate::import::imported_source;
+use crate::lighting::with_light;
 use crate::run_folder::RunFolder;
 use crate::shadows::with_shadows;
 use crate::source::SourceTrainer;
@@ -68,7 +69,7 @@ pub fn train(
     } else {
         pipeline.scene(&*source, latest.as_ref().filter(|c| c.stage > Stage::Source), control)?
     };
-    let scene = with_shadows(with_contact(scene, dataset.split("train")));
+    let scene = with_light(with_shadows(with_contact(scene, dataset.split("train"))));
     save_scene(&scene, &run.scene_path())?;
     Ok(Trained { source, scene })
 }
@@ -85,6 +86,7 @@ fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> Lagra
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt, time_window: 1.0 },
         background,
     }

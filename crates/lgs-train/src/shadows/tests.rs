@@ -44,6 +44,7 @@ fn scene(place: impl Fn(f64, DVec3) -> DVec3) -> LagrangianScene {
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.02, time_window: 1.0 },
         background: [1.0; 3],
     }

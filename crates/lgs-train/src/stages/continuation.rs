@@ -70,6 +70,7 @@ impl RecordedObject<'_> {
             contact: None,
             shadows: Vec::new(),
             shading: None,
+            light: None,
             motion: self.known.motion,
             background: [0.0; 3],
         }

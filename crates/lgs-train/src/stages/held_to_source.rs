@@ -254,6 +254,7 @@ mod tests {
             contact: None,
             shadows: Vec::new(),
             shading: None,
+            light: None,
             motion: MotionConfig { dt: 0.05, time_window: 1.0 },
             background: [1.0; 3],
         }

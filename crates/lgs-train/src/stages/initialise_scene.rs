@@ -156,6 +156,7 @@ fn assemble(
         contact: None,
         shadows: Vec::new(),
         shading,
+        light: None,
         motion: MotionConfig { dt, time_window: request.time_window },
         background: request.background,
     };

@@ -39,6 +39,7 @@ pub(crate) fn falling() -> LagrangianScene {
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         motion: MotionConfig { dt: 0.01, time_window: 0.75 },
         background: [1.0; 3],
     }

@@ -35,6 +35,7 @@ pub fn pixel_extent(
             ..Default::default()
         },
         shading: None,
+        light: None,
         ..scene.clone()
     };
     let shown = if covered && !scene.dynamic_gaussians.is_empty() { &bare } else { scene };

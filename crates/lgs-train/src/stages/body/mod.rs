@@ -154,6 +154,7 @@ pub(super) fn part_of(
         contact: None,
         shadows: Vec::new(),
         shading: None,
+        light: None,
         ..*scene
     }
 }
