@@ -105,7 +105,7 @@ fn explained(
         (0..middle.len()).map(|i| if i + 3 < middle.len() { middle[i] } else { mean(i) + noise() }).collect()
     };
     let x: Vec<Vec<f64>> = times.iter().map(&mut at).collect();
-    explain(body, &Observed { times: &times, x: &x, least: [1e-5, 1e-6] })
+    explain(body, &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-6] })
 }
 
 fn round_body(grounds: Vec<lgs_mechanics::contact::Ground>) -> Body {
@@ -219,7 +219,10 @@ fn wiggles_of_a_learned_track_are_no_impacts() {
     x[after.unwrap() + 8].iter_mut().skip(2).for_each(|z| *z += 0.02);
     let centers: Vec<[f64; 3]> = x.iter().map(|x| [x[0], x[1], x[2]]).collect();
     assert!(impacts(&times, &centers).len() > 1, "jumps that are none");
-    let found = explain(&round_body(Vec::new()), &Observed { times: &times, x: &x, least: [1e-5, 1e-6] });
+    let found = explain(
+        &round_body(Vec::new()),
+        &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-6] },
+    );
     let found = found.unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     assert!((contact.restitution / 0.7 - 1.0).abs() < 0.05, "{contact:?} {}", found.error);

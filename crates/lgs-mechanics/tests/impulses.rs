@@ -75,7 +75,8 @@ fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
     let (law, start) = (struck(), state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]));
     let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
     let x = track(&times);
-    let found = explain(&body(&[]), &Observed { times: &times, x: &x, least: [1e-5, 1e-5] }).unwrap();
+    let found = explain(&body(&[]), &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-5] })
+        .unwrap();
     assert!(found.law.contact.is_none() && found.law.events.len() == 2, "{:?}", found.law);
     for (event, truth) in found.law.events.iter().zip(&law.events) {
         let apart = event.change.iter().zip(&truth.change).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -92,7 +93,10 @@ fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
 fn hits_that_others_tell_of_and_a_body_does_not_show_are_none() {
     let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
     let x = track(&times);
-    let found = explain(&body(&[0.1, 0.25, 0.51]), &Observed { times: &times, x: &x, least: [1e-5, 1e-5] });
+    let found = explain(
+        &body(&[0.1, 0.25, 0.51]),
+        &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-5] },
+    );
     let law = found.unwrap().law;
     let near = |(event, truth): (&Impact, &Impact)| (event.time - truth.time).abs() < 2e-3;
     assert!(law.events.len() == 2 && law.events.iter().zip(&struck().events).all(near), "{law:?}");
