@@ -43,7 +43,7 @@ impl Motions {
     pub(crate) fn new(scene: &LagrangianScene, limit: usize) -> Self {
         let mut scene = scene.clone();
         scene.static_gaussians = lgs_core::GaussianCloud::default();
-        scene.shading = None;
+        (scene.shading, scene.light) = (None, None);
         Self { scene, kept: Vec::new(), calls: 0, limit }
     }
 
