@@ -8,8 +8,8 @@
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::GaussianCloud;
 use lgs_core::geometry::{quaternion, wide};
+use lgs_dynamics::State;
 
-use crate::scene::SceneState;
 use crate::shading::multiply_colors;
 use crate::tensor_file::{TensorFile, TensorFileError};
 use crate::thresholds::LEAST_IRRADIANCE;
@@ -66,7 +66,7 @@ pub struct Light {
 
 impl Light {
     /// Factors of the dynamic Gaussians' colours in a state.
-    pub fn gains(&self, state: &SceneState) -> impl Iterator<Item = f32> {
+    pub fn gains(&self, state: &State) -> impl Iterator<Item = f32> {
         let gain = |(normal, rotation): (&[f32; 3], &[f32; 4])| {
             let turn = quaternion(&rotation.map(f64::from)).normalize();
             self.irradiance.of(turn * wide(*normal)) as f32
@@ -75,7 +75,7 @@ impl Light {
     }
 
     /// Gives Gaussians, the last of which are the dynamic ones, the colours that they have in a state.
-    pub(crate) fn shade(&self, cloud: &mut GaussianCloud, state: &SceneState) {
+    pub(crate) fn shade(&self, cloud: &mut GaussianCloud, state: &State) {
         let first = cloud.len() - self.normals.len();
         multiply_colors(cloud, first, self.gains(state));
     }
@@ -100,8 +100,7 @@ impl Light {
         let &[x, y, z, xx, yy, xy, xz, yz, sx, sy, sz] = values else {
             return Err(file.field(IRRADIANCE, "11 coefficients", format!("shape {shape:?}")));
         };
-        let [linear, diagonal, beside] =
-            [[x, y, z], [xx, yy, -xx - yy], [xy, xz, yz]].map(|values| wide(values));
+        let [linear, diagonal, beside] = [[x, y, z], [xx, yy, -xx - yy], [xy, xz, yz]].map(wide);
         let [xy, xz, yz] = beside.to_array();
         let quadratic =
             DMat3::from_cols_array_2d(&[[diagonal.x, xy, xz], [xy, diagonal.y, yz], [xz, yz, diagonal.z]]);

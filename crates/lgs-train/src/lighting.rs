@@ -10,7 +10,7 @@ use lgs_model::{Irradiance, LagrangianScene, Light, Motion, Shading, ShadingTime
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use crate::thresholds::{LIGHT_RIDGE, STRONGEST_SUN, SUNS, SUNS_NEAR};
+use crate::thresholds::{DARKEST, LIGHT_RIDGE, SUNS, SUNS_NEAR};
 
 /// Coefficients of a polynomial irradiance over its mean.
 const COEFFICIENTS: usize = 8;
@@ -29,20 +29,25 @@ pub(crate) fn with_light(scene: LagrangianScene) -> LagrangianScene {
 }
 
 /// The factors of brightness that a light leaves. Before and after the window, those of dynamic Gaussians go
-/// to their means within the distance of two known times: there the light tells how bright they are.
+/// to their means within half of its length: the farther away, the more the light tells how bright they are.
 fn beside_light(shading: &Shading, surfaces: &[Surface], irradiance: Irradiance, still: usize) -> Shading {
     let ShadingTimes { span: [first, last], count } = shading.times();
     let distance = (last - first) / (count - 1) as f32;
+    let steps = (count / 2).max(1);
     let of_row = |(row, known): (usize, &[f32])| {
         let mut log_gains = known.to_vec();
         let surface = row.checked_sub(still).and_then(|row| surfaces.get(row));
         let lit = surface.iter().flat_map(|surface| &surface.normals).map(|&n| irradiance.of(n).ln() as f32);
         log_gains.iter_mut().zip(lit).for_each(|(log_gain, lit)| *log_gain -= lit);
         let mean = log_gains.iter().sum::<f32>() / count as f32;
-        let beyond = [0, count - 1].map(|end| if surface.is_some() { mean } else { log_gains[end] });
-        [&beyond[..1], &log_gains, &beyond[1..]].concat()
+        let goes = if surface.is_some() { 1.0 } else { 0.0 };
+        let beyond = |end: f32, step: usize| end + goes * step as f32 / steps as f32 * (mean - end);
+        let before: Vec<f32> = (1..=steps).rev().map(|step| beyond(log_gains[0], step)).collect();
+        let after: Vec<f32> = (1..=steps).map(|step| beyond(log_gains[count - 1], step)).collect();
+        [before, log_gains, after].concat()
     };
-    let times = ShadingTimes { span: [first - distance, last + distance], count: count + 2 };
+    let reach = steps as f32 * distance;
+    let times = ShadingTimes { span: [first - reach, last + reach], count: count + 2 * steps };
     Shading::new(times, shading.log_gains().chunks_exact(count).enumerate().flat_map(of_row).collect())
 }
 
@@ -167,8 +172,12 @@ fn polynomial(surfaces: &[Surface], times: Range<usize>) -> Option<Irradiance> {
     let found = solve_positive(gram, &moment)?;
     let [x, y, z, xx, yy, xy, xz, yz]: [f64; COEFFICIENTS] = std::array::from_fn(|i| found[i]);
     let quadratic = DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]]);
-    let irradiance = Irradiance { linear: DVec3::new(x, y, z), quadratic, ..Irradiance::EVEN };
-    found.iter().all(|coefficient| coefficient.is_finite()).then_some(irradiance)
+    let linear = DVec3::new(x, y, z);
+    // No light is negative: one that would be for some normals is as strong as it may be.
+    let least = directions(SUNS).map(|n| linear.dot(n) + n.dot(quadratic * n)).fold(0.0, f64::min);
+    let part = (DARKEST / least.abs()).min(1.0);
+    let is_light = found.iter().all(|coefficient| coefficient.is_finite());
+    is_light.then_some(Irradiance { linear: part * linear, quadratic: part * quadratic, ..Irradiance::EVEN })
 }
 
 /// The polynomials that coefficients of an irradiance multiply.
@@ -200,7 +209,7 @@ fn sun(surfaces: &[Surface], times: Range<usize>) -> Option<Irradiance> {
     // Directions that are nearer than the coarse ones are to each other, on average.
     let near = (1.0 - 4.0 / SUNS as f64).max(0.0);
     let fine = best(directions(SUNS * SUNS_NEAR).filter(|s| s.dot(coarse) > near).collect())?;
-    Some(Irradiance { sun: fine.clamp_length_max(STRONGEST_SUN), ..Irradiance::EVEN })
+    Some(Irradiance { sun: fine.clamp_length_max(4.0 * DARKEST), ..Irradiance::EVEN })
 }
 
 /// Directions spread evenly over all, on a spiral.

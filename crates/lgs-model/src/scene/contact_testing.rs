@@ -33,18 +33,15 @@ pub(super) fn row() -> LagrangianScene {
         friction: 0.0,
         deviations: [0.0; 2],
     };
+    let objects = vec![0, 1, 2];
+    let contact = ObjectContact { objects, contact, drawn: Vec::new(), replays_window: true };
     let means = places.map(|x| [x as f32, 0.0, 0.0]).to_vec();
     LagrangianScene {
         static_gaussians: GaussianCloud::default(),
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.1, [0.5; 3], 0.9),
         objects: places.into_iter().enumerate().map(ball).collect(),
-        contact: Some(ObjectContact {
-            objects: vec![0, 1, 2],
-            contact,
-            drawn: Vec::new(),
-            replays_window: true,
-        }),
+        contact: Some(contact),
         shadows: Vec::new(),
         shading: None,
         light: None,

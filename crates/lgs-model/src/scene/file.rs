@@ -144,13 +144,8 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     }
     let velocities = file.rows("dynamic.velocities")?;
     if velocities.len() != dynamic_gaussians.len() {
-        return Err(file
-            .field(
-                "dynamic.velocities",
-                &format!("{} rows", dynamic_gaussians.len()),
-                velocities.len().to_string(),
-            )
-            .into());
+        let expected = format!("{} rows", dynamic_gaussians.len());
+        return Err(file.field("dynamic.velocities", &expected, velocities.len().to_string()).into());
     }
     let background = file.rows::<3>("background")?.first().copied().unwrap_or([1.0; 3]);
     let motion = read_motion(file)?;

@@ -29,8 +29,7 @@ pub(crate) struct ForecastErrors {
     pub(super) fails: bool,
 }
 
-/// Sums over hidden samples of mean squared distances over the particles, each counted by how well its pose is
-/// known.
+/// Sums over hidden samples of mean squared distances over the particles, each by how well its pose is known.
 #[derive(Clone, Copy, Default)]
 struct Squares {
     /// From the observed poses to the forecast ones.
@@ -156,18 +155,16 @@ impl<'a> Blocked<'a> {
             deviations.iter().zip(forecast.iter().zip(others)).map(square).sum()
         };
         let posterior = Posterior::of(placed, &fitted);
-        let drawn: Vec<f64> = posterior
-            .drawn(self.rated.inflation, FORECAST_DRAWS, &times, (0, 0))
-            .iter()
-            .map(|motion| {
-                let poses: Option<Vec<Vec<Pose>>> = motion.iter().cloned().collect();
-                poses.map_or(f64::INFINITY, |poses| sum(&poses))
-            })
-            .collect();
+        let of_draw = |motion: Vec<Option<Vec<Pose>>>| {
+            let poses: Option<Vec<Vec<Pose>>> = motion.into_iter().collect();
+            poses.map_or(f64::INFINITY, |poses| sum(&poses))
+        };
+        let drawn = posterior.drawn(self.rated.inflation, FORECAST_DRAWS, &times, (0, 0));
+        let expected = drawn.into_iter().map(of_draw).sum::<f64>() / FORECAST_DRAWS as f64;
         Some(Squares {
             error: sum(&observed),
             displacement: deviations.iter().zip(observed.iter().map(|a| (a, &nearest))).map(square).sum(),
-            expected: drawn.iter().sum::<f64>() / FORECAST_DRAWS as f64,
+            expected,
         })
     }
 
