@@ -124,8 +124,8 @@ impl Budget {
         *self.schedule.has_time_for.entry(format!("{}, round {round}", Stage::Distill.name())).or_insert(fits)
     }
 
-    /// Whether the choice of laws by images has time for another search, of a given name, which takes about as
-    /// long as all of it before, beside the choice after stage 3: as recorded, or by time.
+    /// Whether the choice of laws by images has time for another search, of a given name, beside the choice
+    /// after stage 3: it takes about as long as all before it. As recorded, or by the time.
     pub(crate) fn has_time_for_search(&mut self, name: &str) -> bool {
         let taken = self.current.as_ref().map_or(0.0, |current| self.used() - current.begun);
         let fits = 2.0 * taken + LAST_STAGE_GRACE * self.secs <= self.left();
