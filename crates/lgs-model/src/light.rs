@@ -5,7 +5,7 @@
 //! Environment Maps", 2001). A factor of each dynamic Gaussian's colour, beside those of [`crate::Shading`]:
 //! these know the captured window alone, light goes on after it and under edits.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DVec3};
 use lgs_core::GaussianCloud;
 use lgs_core::geometry::{quaternion, wide};
 use lgs_dynamics::State;
@@ -41,17 +41,6 @@ impl Irradiance {
         let smooth = 1.0 + self.linear.dot(normal) + normal.dot(self.quadratic * normal);
         let of_sun = self.sun.dot(normal).max(0.0) - 0.25 * self.sun.length();
         (smooth + of_sun).max(LEAST_IRRADIANCE)
-    }
-
-    /// The same light for normals in axes that are turned against it.
-    #[must_use]
-    pub fn in_axes(&self, turn: DQuat) -> Self {
-        let turn = DMat3::from_quat(turn);
-        Self {
-            linear: turn.transpose() * self.linear,
-            quadratic: turn.transpose() * self.quadratic * turn,
-            sun: turn.transpose() * self.sun,
-        }
     }
 }
 
@@ -131,11 +120,9 @@ mod tests {
     }
 
     #[test]
-    fn irradiance_is_a_polynomial_of_the_normal_in_any_axes() {
+    fn irradiance_is_a_polynomial_of_the_normal_with_a_sun_beside_it() {
         let normal = DVec3::new(0.6, 0.0, 0.8);
         assert!((irradiance().of(normal) - (1.0 + 0.38 + 0.008 + 0.32 - 0.125)).abs() < 1e-12);
-        let turn = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_z(0.4);
-        assert!((irradiance().in_axes(turn).of(normal) - irradiance().of(turn * normal)).abs() < 1e-12);
         let strong = Irradiance { linear: DVec3::new(0.0, 0.0, 3.0), ..irradiance() };
         assert!((strong.of(-DVec3::Z) - LEAST_IRRADIANCE).abs() < 1e-12);
     }

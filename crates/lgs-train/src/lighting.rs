@@ -206,7 +206,7 @@ fn sun(surfaces: &[Surface], times: Range<usize>) -> Option<Irradiance> {
         found.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, sun)| sun)
     };
     let coarse = best(directions(SUNS).collect())?.normalize();
-    // Directions that are nearer than the coarse ones are to each other, on average.
+    // A cap of twice the solid angle that each of the coarse directions stands for.
     let near = (1.0 - 4.0 / SUNS as f64).max(0.0);
     let fine = best(directions(SUNS * SUNS_NEAR).filter(|s| s.dot(coarse) > near).collect())?;
     Some(Irradiance { sun: fine.clamp_length_max(4.0 * DARKEST), ..Irradiance::EVEN })

@@ -53,7 +53,7 @@ impl SharedMotion {
 
     /// Standard deviation of a pose in units of the usual one.
     pub(crate) fn deviation(&self, sample: usize) -> f64 {
-        self.deviations.get(sample).copied().unwrap_or(1.0)
+        self.samples(&self.times).deviation(sample)
     }
 
     /// Weighted covariance of the shape.

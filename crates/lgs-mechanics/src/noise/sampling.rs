@@ -9,6 +9,14 @@ pub struct SampleTimes<'a> {
     pub deviations: &'a [f64],
 }
 
+impl SampleTimes<'_> {
+    /// Standard deviation of a sample in units of the usual one.
+    #[must_use]
+    pub fn deviation(&self, sample: usize) -> f64 {
+        self.deviations.get(sample).copied().unwrap_or(1.0)
+    }
+}
+
 impl<'a> From<&'a [f64]> for SampleTimes<'a> {
     fn from(times: &'a [f64]) -> Self {
         Self { times, deviations: &[] }
@@ -34,15 +42,15 @@ impl Sampling {
     /// The sampling of a track.
     #[must_use]
     pub fn of<'a>(samples: impl Into<SampleTimes<'a>>) -> Self {
-        let SampleTimes { times, deviations } = samples.into();
+        let samples = samples.into();
+        let times = samples.times;
         let gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mut sorted = gaps.clone();
         sorted.sort_by(f64::total_cmp);
         let median = sorted.get(sorted.len() / 2).map_or(1.0, |gap| gap.max(f64::MIN_POSITIVE));
-        let of_sample = |k: usize| deviations.get(k).copied().unwrap_or(1.0);
         Self {
             before: std::iter::once(0.0).chain(gaps.iter().map(|gap| gap / median)).collect(),
-            deviations: (0..times.len()).map(of_sample).collect(),
+            deviations: (0..times.len()).map(|sample| samples.deviation(sample)).collect(),
         }
     }
 

@@ -52,7 +52,7 @@ fn sunlit(normal: DVec3) -> f64 {
     0.45 + 0.55 * normal.dot(SUN).max(0.0)
 }
 
-/// Mean brightness of the Gaussians at a time, and root mean square difference from others.
+/// Root mean square difference of the Gaussians' brightness at a time from what is expected of their normals.
 fn off(scene: &LagrangianScene, time: f32, expected: impl Fn(DVec3) -> f64) -> f64 {
     let mut motion = Motion::new(scene, Edit::default(), Reversal::Exact);
     let state = motion.state_at(time);

@@ -46,8 +46,8 @@ pub(super) fn choose_couple(bodies: Two<'_>) -> Option<Rated> {
 
 /// The track of two bodies, no better known than their poses are.
 fn track_of(bodies: Two<'_>, system: &Configured) -> Track {
-    let [first, second] = bodies.map(|body| &body.deviations);
-    let deviations: Vec<f64> = first.iter().zip(second).map(|(a, b)| a.max(*b)).collect();
+    let deviation = |k: usize| bodies.iter().map(|body| body.samples().deviation(k)).fold(0.0, f64::max);
+    let deviations: Vec<f64> = (0..bodies[0].times.len()).map(deviation).collect();
     let samples = SampleTimes { deviations: &deviations, ..bodies[0].samples() };
     let mut track = Track::new(&system.coordinates, samples, &system.x);
     if system.coordinates == Coordinates::Pair {
