@@ -9,6 +9,8 @@
 //! [`Motion`].
 
 mod light;
+#[cfg(test)]
+mod lit_testing;
 mod scene;
 mod shading;
 pub mod source;

@@ -34,13 +34,15 @@ pub struct Irradiance {
 impl Irradiance {
     /// The same light for every normal.
     pub const EVEN: Self = Self { linear: DVec3::ZERO, quadratic: DMat3::ZERO, sun: DVec3::ZERO };
+    /// The least that there is for any normal: no polynomial says where light ends.
+    pub const LEAST: f64 = LEAST_IRRADIANCE;
 
-    /// That of a surface with a normal of unit length; never none, as no polynomial says where light ends.
+    /// That of a surface with a normal of unit length.
     #[must_use]
     pub fn of(&self, normal: DVec3) -> f64 {
         let smooth = 1.0 + self.linear.dot(normal) + normal.dot(self.quadratic * normal);
         let of_sun = self.sun.dot(normal).max(0.0) - 0.25 * self.sun.length();
-        (smooth + of_sun).max(LEAST_IRRADIANCE)
+        (smooth + of_sun).max(Self::LEAST)
     }
 }
 
@@ -108,11 +110,8 @@ impl Light {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::particles;
-    use crate::{LagrangianScene, Motion, load_scene, save_scene};
-    use lgs_core::SH_C0;
-    use lgs_dynamics::testing::quadratic;
-    use lgs_dynamics::{Edit, Reversal};
+    use crate::LagrangianScene;
+    use crate::lit_testing::{brightness_from_file, defect_of_file, two_gaussians};
 
     fn irradiance() -> Irradiance {
         let quadratic = DMat3::from_cols_array_2d(&[[0.2, 0.1, 0.0], [0.1, -0.1, 0.3], [0.0, 0.3, -0.1]]);
@@ -124,32 +123,20 @@ mod tests {
         let normal = DVec3::new(0.6, 0.0, 0.8);
         assert!((irradiance().of(normal) - (1.0 + 0.38 + 0.008 + 0.32 - 0.125)).abs() < 1e-12);
         let strong = Irradiance { linear: DVec3::new(0.0, 0.0, 3.0), ..irradiance() };
-        assert!((strong.of(-DVec3::Z) - LEAST_IRRADIANCE).abs() < 1e-12);
+        assert!((strong.of(-DVec3::Z) - Irradiance::LEAST).abs() < 1e-12);
     }
 
     #[test]
     fn scenes_carry_a_light_and_defects_are_named() {
-        let gaussian = |x: f32| GaussianCloud::isotropic(vec![[x, 0.0, 0.0]], 0.1, [0.4; 3], 0.6);
-        let system = quadratic([0.0; 3], [0.0; 6]);
-        let plain = particles(gaussian(1.0), vec![[0.0; 3]], system, None);
         let light = Light { irradiance: irradiance(), normals: vec![[0.0, 0.0, 1.0]] };
-        let scene = LagrangianScene { static_gaussians: gaussian(0.0), light: Some(light.clone()), ..plain };
-        let folder = tempfile::tempdir().expect("folder");
-        let path = folder.path().join("lagrangian.safetensors");
-        save_scene(&scene, &path).expect("save");
-        let read = load_scene(&path).expect("load");
-        let cloud = read.cloud_at(&Motion::new(&read, Edit::default(), Reversal::Exact).state_at(0.4), 0.4);
-        let colors = [0, cloud.sh_stride()].map(|at| 0.5 + SH_C0 * cloud.sh[at]);
-        for (color, expected) in colors.into_iter().zip([0.4, 0.4 * (1.3 + 0.4 - 0.125)]) {
-            assert!((color - expected).abs() < 1e-6, "{colors:?}");
+        let with = |light: &Light| LagrangianScene { light: Some(light.clone()), ..two_gaussians() };
+        let found = brightness_from_file(&with(&light), 0.4);
+        for (found, expected) in found.into_iter().zip([0.4, 0.4 * (1.3 + 0.4 - 0.125)]) {
+            assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
         }
-        let text = |light: Light| {
-            save_scene(&LagrangianScene { light: Some(light), ..scene.clone() }, &path).expect("save");
-            load_scene(&path).expect_err("a defect").to_string()
-        };
-        let long = text(Light { normals: vec![[0.0, 0.0, 2.0]], ..light.clone() });
+        let long = defect_of_file(&with(&Light { normals: vec![[0.0, 0.0, 2.0]], ..light.clone() }));
         assert!(long.contains(NORMALS) && long.contains("unit length"), "{long}");
-        let few = text(Light { normals: Vec::new(), ..light });
+        let few = defect_of_file(&with(&Light { normals: Vec::new(), ..light }));
         assert!(few.contains(NORMALS) && few.contains("1 rows"), "{few}");
     }
 }

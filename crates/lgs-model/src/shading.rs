@@ -155,10 +155,8 @@ fn shift(gain: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::particles;
-    use crate::{LagrangianScene, Motion, load_scene, save_scene};
-    use lgs_dynamics::testing::quadratic;
-    use lgs_dynamics::{Edit, Reversal};
+    use crate::LagrangianScene;
+    use crate::lit_testing::{brightness_from_file, defect_of_file, two_gaussians};
 
     const TIMES: ShadingTimes = ShadingTimes { span: [0.2, 0.8], count: 4 };
 
@@ -192,22 +190,12 @@ mod tests {
 
     #[test]
     fn scenes_carry_factors_of_static_and_dynamic_gaussians() {
-        let gaussian = |x: f32| GaussianCloud::isotropic(vec![[x, 0.0, 0.0]], 0.1, [0.4; 3], 0.6);
-        let system = quadratic([0.0; 3], [0.0; 6]);
-        let still = particles(gaussian(1.0), vec![[0.0; 3]], system, None);
-        let scene = LagrangianScene { static_gaussians: gaussian(0.0), shading: Some(shading()), ..still };
-        let folder = tempfile::tempdir().expect("folder");
-        let path = folder.path().join("lagrangian.safetensors");
-        save_scene(&scene, &path).expect("save");
-        let read = load_scene(&path).expect("load");
-        let cloud = read.cloud_at(&Motion::new(&read, Edit::default(), Reversal::Exact).state_at(0.4), 0.4);
-        let colors = [0, cloud.sh_stride()].map(|at| 0.5 + SH_C0 * cloud.sh[at]);
-        for (color, log_gain) in colors.into_iter().zip([-0.4_f32, 0.1]) {
-            assert!((color - 0.4 * log_gain.exp()).abs() < 1e-6, "{colors:?}");
+        let with = |shading| LagrangianScene { shading: Some(shading), ..two_gaussians() };
+        let found = brightness_from_file(&with(shading()), 0.4);
+        for (found, log_gain) in found.into_iter().zip([-0.4_f32, 0.1]) {
+            assert!((found - 0.4 * log_gain.exp()).abs() < 1e-6, "{found}, not by {log_gain}");
         }
-        let wrong = LagrangianScene { shading: Some(shading().select(&[0])), ..scene };
-        save_scene(&wrong, &path).expect("save");
-        let text = load_scene(&path).expect_err("rows").to_string();
+        let text = defect_of_file(&with(shading().select(&[0])));
         assert!(text.contains(LOG_GAINS) && text.contains("2 rows"), "{text}");
     }
 

@@ -22,16 +22,14 @@ pub fn particles(
     let particles = ParticleDynamics { system, supports, velocity_policy: VelocityPolicy::Keep };
     let members = 0..dynamic_gaussians.len();
     LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
         dynamic_gaussians,
         velocities,
         objects: vec![ObjectModel { members, recording: None, dynamics: Dynamics::Particles(particles) }],
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::default(),
+            MotionConfig { dt: 0.01, time_window: 0.75 },
+            [1.0; 3],
+        )
     }
 }
 

@@ -2,9 +2,11 @@
 //! they reach.
 
 use crate::blend_jvp::{BlendJvp, Moved, TileTangent};
+use crate::image_part::ImagePart;
 use crate::project_jvp::{AffineMotion, SplatTangent, project_jvp};
 use crate::rasterize::{CHUNK, Rasterized};
 use crate::splats::Splats;
+use crate::tile_list::TileList;
 use crate::tiles::TILE;
 use crate::view::View;
 use lgs_core::Camera;
@@ -15,10 +17,8 @@ use std::ops::Range;
 /// How a part of an image changes with a motion of some Gaussians; the rest of it does not.
 #[derive(Clone, Debug, Default)]
 pub struct ImageTangent {
-    /// Columns of the image that the part spans.
-    pub columns: Range<usize>,
-    /// Rows of the image that the part spans.
-    pub rows: Range<usize>,
+    /// The part of the image.
+    pub part: ImagePart,
     /// Change of the colours, row by row of the part.
     pub image: Vec<[f32; 3]>,
     /// Change of the transmittances.
@@ -26,24 +26,17 @@ pub struct ImageTangent {
 }
 
 impl ImageTangent {
-    fn zero(columns: Range<usize>, rows: Range<usize>) -> Self {
-        let pixels = columns.len() * rows.len();
-        Self { columns, rows, image: vec![[0.0; 3]; pixels], transmittance: vec![0.0; pixels] }
-    }
-
-    /// Copies the part of an image, given row by row, that the tangent spans.
-    #[must_use]
-    pub fn part_of<T: Copy>(&self, image: &[T], width: usize) -> Vec<T> {
-        let row = |y: usize| &image[y * width + self.columns.start..y * width + self.columns.end];
-        self.rows.clone().flat_map(row).copied().collect()
+    fn zero(part: ImagePart) -> Self {
+        let pixels = part.pixels();
+        Self { part, image: vec![[0.0; 3]; pixels], transmittance: vec![0.0; pixels] }
     }
 
     /// Writes the pixels of a tile whose corner is at `origin`.
     fn write(&mut self, tangent: &TileTangent, origin: [usize; 2], size: [usize; 2]) {
         let [red, green, blue, transmittance] = tangent;
         for y in 0..size[1] {
-            let start =
-                (origin[1] + y - self.rows.start) * self.columns.len() + origin[0] - self.columns.start;
+            let ImagePart { columns, rows } = &self.part;
+            let start = (origin[1] + y - rows.start) * columns.len() + origin[0] - columns.start;
             for x in 0..size[0] {
                 let at = y * TILE + x;
                 self.image[start + x] = [red.0[at], green.0[at], blue.0[at]];
@@ -73,8 +66,7 @@ pub fn rasterize_jvp(
     let moved =
         Moved { first: members.start, tangents: &tangents, motions: motions.len().max(1), is_colored };
     let tiles = tiles_of(forward, &members);
-    let (columns, rows) = span(forward, &tiles);
-    let mut out = vec![ImageTangent::zero(columns, rows); motions.len()];
+    let mut out = vec![ImageTangent::zero(span(forward, &tiles)); motions.len()];
     let arch = Arch::new();
     let of_tile = |&tile: &usize| {
         let (list, state) = (forward.tile_list(tile), &forward.tiles[tile]);
@@ -113,15 +105,11 @@ fn tiles_of(forward: &Rasterized, members: &Range<usize>) -> Vec<usize> {
     (0..forward.tiles.len()).into_par_iter().filter(is_reached).collect()
 }
 
-/// Columns and rows of pixels of the least rectangle around some tiles.
-fn span(forward: &Rasterized, tiles: &[usize]) -> (Range<usize>, Range<usize>) {
-    let spans = |axis: usize| {
-        let of_tile = |&tile: &usize| {
-            let list = forward.tile_list(tile);
-            list.origin[axis]..list.origin[axis] + list.size[axis]
-        };
-        let around = |a: Range<usize>, b: Range<usize>| a.start.min(b.start)..a.end.max(b.end);
-        tiles.iter().map(of_tile).reduce(around).unwrap_or_default()
+/// The least rectangle around some tiles.
+fn span(forward: &Rasterized, tiles: &[usize]) -> ImagePart {
+    let of_tile = |&tile: &usize| {
+        let TileList { origin: [x, y], size: [width, height], .. } = forward.tile_list(tile);
+        ImagePart { columns: x..x + width, rows: y..y + height }
     };
-    (spans(0), spans(1))
+    tiles.iter().map(of_tile).fold(ImagePart::default(), ImagePart::around)
 }

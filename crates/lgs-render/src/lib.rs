@@ -23,6 +23,7 @@ mod blend_vjp;
 pub mod exponential;
 mod extent;
 mod forward_mode;
+mod image_part;
 mod pack;
 mod photometric;
 mod project;
@@ -44,10 +45,11 @@ mod window;
 
 pub use backward::{ImageCotangents, RasterizedVjp, rasterize_vjp};
 pub use forward_mode::{ImageTangent, rasterize_jvp};
+pub use image_part::ImagePart;
 pub use photometric::{
     DEFAULT_LAMBDA, PhotometricVjp, mse, photometric, photometric_vjp, psnr, ssim, ssim_vjp,
 };
 pub use project_jvp::AffineMotion;
 pub use projected::{ALPHA_MAX, ALPHA_MIN, BLUR, MIP_VARIANCE, TRANSMITTANCE_STOP};
-pub use rasterize::{Rasterized, rasterize};
+pub use rasterize::{Rasterized, rasterize, rasterize_part};
 pub use splats::{SplatGradients, Splats};

@@ -5,6 +5,8 @@
 //! fixed order.
 
 use crate::blend::{Blend, CountPairs, TileState};
+use crate::extent::pixel_box;
+use crate::image_part::ImagePart;
 use crate::project::ProjectChunk;
 use crate::projected::Projected;
 use crate::splats::Splats;
@@ -14,6 +16,7 @@ use crate::view::View;
 use lgs_core::{Camera, Image};
 use pulp::Arch;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Gaussians handed to a thread at a time.
 pub(crate) const CHUNK: usize = 256;
@@ -80,16 +83,45 @@ impl Rasterized {
         self.tiles.par_iter().enumerate().map(of_tile).sum()
     }
 
+    /// The least rectangle around the pixels that some Gaussians reach with an alpha of at least 1/255,
+    /// occlusion aside; empty if they reach none.
+    ///
+    /// # Panics
+    /// If `members` are not all among the Gaussians.
+    #[must_use]
+    pub fn part_reached_by(&self, members: Range<usize>) -> ImagePart {
+        members.map(|index| self.box_of(index)).fold(ImagePart::default(), ImagePart::around)
+    }
+
+    /// The Gaussians that reach some pixel of a part, by the boxes around their ellipses; ascending.
+    #[must_use]
+    pub fn gaussians_in(&self, part: &ImagePart) -> Vec<usize> {
+        (0..self.radii.len()).filter(|&index| self.box_of(index).meets(part)).collect()
+    }
+
+    fn box_of(&self, index: usize) -> ImagePart {
+        let size = [self.width as usize, self.height as usize];
+        let reached = self.is_visible(index).then(|| pixel_box(&self.projected[index], size)).flatten();
+        reached.map_or_else(ImagePart::default, |[columns, rows]| ImagePart {
+            columns: columns.0..columns.1 + 1,
+            rows: rows.0..rows.1 + 1,
+        })
+    }
+
     /// Replaces everything by what [`rasterize`] gives; allocates only what has to grow.
     ///
     /// # Panics
     /// If the arrays of `splats` have unequal lengths, or the active degree asks for more coefficients than
     /// are stored.
     pub fn update(&mut self, splats: &Splats, camera: &Camera, background: [f32; 3]) {
+        self.draw(splats, &View::from(camera), background);
+    }
+
+    /// Replaces everything by what a view shows.
+    pub(crate) fn draw(&mut self, splats: &Splats, view: &View, background: [f32; 3]) {
         splats.assert_consistent();
-        let view = View::from(camera);
-        (self.width, self.height) = (camera.width, camera.height);
-        self.project(splats, &view);
+        [self.width, self.height] = view.size.map(|edge| edge as u32);
+        self.project(splats, view);
         self.tiling.update(&self.projected, view.size);
         self.background = background;
         self.blend();
@@ -154,6 +186,25 @@ impl Rasterized {
 pub fn rasterize(splats: &Splats, camera: &Camera, background: [f32; 3]) -> Rasterized {
     let mut out = Rasterized::default();
     out.update(splats, camera, background);
+    out
+}
+
+/// Draws a part of an image: what [`rasterize`] draws there, up to rounding, in an image of the part's
+/// size.
+///
+/// # Panics
+/// As [`rasterize`].
+#[must_use]
+pub fn rasterize_part(
+    splats: &Splats,
+    camera: &Camera,
+    background: [f32; 3],
+    part: &ImagePart,
+) -> Rasterized {
+    let mut out = Rasterized::default();
+    if part.pixels() > 0 {
+        out.draw(splats, &View::from(camera).of_part(part), background);
+    }
     out
 }
 

@@ -1,6 +1,7 @@
 //! A camera in the form the projection wants, and the part of the projection of one Gaussian that its
 //! backward pass recomputes.
 
+use crate::image_part::ImagePart;
 use crate::projected::{BLUR, MIP_VARIANCE};
 use crate::splats::Splats;
 use lgs_core::linear::{Mat3, add, mat_vec, matrix_from_quat, quat_normalize, scale, sub, transpose};
@@ -59,6 +60,13 @@ impl From<&Camera> for View {
 }
 
 impl View {
+    /// The same for a part of the image; directions are limited as in all of it.
+    pub(crate) fn of_part(self, ImagePart { columns, rows }: &ImagePart) -> Self {
+        let [cx, cy] = self.principal;
+        let principal = [cx - columns.start as f32, cy - rows.start as f32];
+        Self { principal, size: [columns.len(), rows.len()], ..self }
+    }
+
     /// The mean of a Gaussian in camera axes.
     #[inline(always)]
     pub(crate) fn camera_mean(&self, mean: [f32; 3]) -> [f32; 3] {

@@ -4,7 +4,8 @@
 use lgs_core::linear::{add, cross, mat_vec, quat_mul, sub};
 use lgs_core::{Camera, GaussianCloud, PixelFilter, stream};
 use lgs_render::{
-    AffineMotion, ImageCotangents, ImageTangent, Splats, rasterize, rasterize_jvp, rasterize_vjp,
+    AffineMotion, ImageCotangents, ImagePart, ImageTangent, Splats, rasterize, rasterize_jvp, rasterize_part,
+    rasterize_vjp,
 };
 use rand::RngExt;
 
@@ -51,8 +52,8 @@ fn motions(center: [f32; 3]) -> Vec<AffineMotion> {
 
 /// The product of a tangent with cotangents of all pixels.
 fn product(tangent: &ImageTangent, width: usize, v: ImageCotangents<'_>) -> f64 {
-    let image = tangent.part_of(v.image, width);
-    let transmittance = tangent.part_of(v.transmittance, width);
+    let image = tangent.part.of(v.image, width);
+    let transmittance = tangent.part.of(v.transmittance, width);
     let sum = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
     sum(image.as_flattened(), tangent.image.as_flattened()) + sum(&transmittance, &tangent.transmittance)
 }
@@ -123,7 +124,7 @@ fn changes_are_those_of_moved_gaussians() {
             }
             rasterize(&Splats::from(&moved), &camera, BACKGROUND).image
         });
-        assert_eq!((tangent.columns.clone(), tangent.rows.clone()), (0..53, 0..41), "all is reached");
+        assert_eq!(tangent.part, ImagePart { columns: 0..53, rows: 0..41 }, "all is reached");
         let pairs = ahead.as_flattened().iter().zip(behind.as_flattened());
         let expected: Vec<f32> = pairs.map(|(a, b)| (a - b) / (2.0 * probe)).collect();
         let differences = expected.iter().zip(tangent.image.as_flattened()).map(|(a, b)| a - b);
@@ -147,6 +148,41 @@ fn what_is_not_seen_changes_nothing() {
     let behind = rasterize_jvp(&splats, &camera, &drawn, (1..2, &motions));
     assert!(behind.len() == 9 && behind.iter().all(|tangent| tangent.image.is_empty()));
     let seen = &rasterize_jvp(&splats, &camera, &drawn, (0..1, &motions))[0];
-    assert!(seen.columns.len() <= 48 && seen.rows.len() <= 48, "only the tiles that it reaches");
+    assert!(seen.part.columns.len() <= 48 && seen.part.rows.len() <= 48, "only the tiles that it reaches");
     assert!(rasterize_jvp(&splats, &camera, &drawn, (0..1, &[])).is_empty());
+}
+
+#[test]
+fn a_part_is_drawn_as_in_the_whole_image() {
+    for filter in [PixelFilter::Dilation, PixelFilter::Mip] {
+        let (cloud, camera) = (cloud(), camera(filter));
+        let whole = rasterize(&Splats::from(&cloud), &camera, BACKGROUND);
+        let part = ImagePart { columns: 7..38, rows: 18..41 };
+        let near = whole.gaussians_in(&part);
+        assert!(!near.is_empty() && near.len() < cloud.len(), "some are elsewhere");
+        let drawn = rasterize_part(&Splats::from(&cloud.select(&near)), &camera, BACKGROUND, &part);
+        assert_eq!([drawn.width, drawn.height], [31, 23]);
+        let expected = part.of(&whole.image, 53);
+        for (found, expected) in drawn.image.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((found - expected).abs() < 1e-5, "{found}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn gaussians_reach_the_part_around_them() {
+    let means = vec![[0.0; 3], [0.25, 0.0, 0.0], [0.0, -9.0, 0.0]];
+    let cloud = GaussianCloud::isotropic(means, 0.02, [0.2; 3], 0.9);
+    let drawn = rasterize(&Splats::from(&cloud), &camera(PixelFilter::Dilation), BACKGROUND);
+    let [first, both] = [0..1, 0..2].map(|members| drawn.part_reached_by(members));
+    assert!(first.pixels() > 0 && first.columns.start == both.columns.start);
+    assert!(first.columns.end < both.columns.end);
+    assert_eq!(drawn.gaussians_in(&first), [0]);
+    assert_eq!(drawn.part_reached_by(2..3), ImagePart::default(), "what is behind the camera");
+    for (at, pixel) in drawn.image.iter().enumerate() {
+        let is_inside = both.columns.contains(&(at % 53)) && both.rows.contains(&(at / 53));
+        assert!(is_inside || *pixel == BACKGROUND);
+    }
+    let wide = first.widened(100, [53, 41]);
+    assert_eq!(wide, ImagePart { columns: 0..53, rows: 0..41 });
 }

@@ -36,16 +36,14 @@ fn scene(blocks: usize) -> LagrangianScene {
         }),
     };
     LagrangianScene {
-        static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
         objects: (0..blocks).map(object).collect(),
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.05, time_window: 0.75 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
+            MotionConfig { dt: 0.05, time_window: 0.75 },
+            [1.0; 3],
+        )
     }
 }
 

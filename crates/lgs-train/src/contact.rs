@@ -169,16 +169,14 @@ mod tests {
             ObjectModel { members: 80 * body..80 * (body + 1), dynamics, recording: None }
         };
         LagrangianScene {
-            static_gaussians: GaussianCloud::default(),
             velocities: vec![[0.0; 3]; means.len()],
             dynamic_gaussians: GaussianCloud::isotropic(means, 1e-3, [0.5; 3], 0.9),
             objects: vec![object(0), object(1)],
-            contact: None,
-            shadows: Vec::new(),
-            shading: None,
-            light: None,
-            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
-            background: [1.0; 3],
+            ..LagrangianScene::still(
+                GaussianCloud::default(),
+                MotionConfig { dt: 0.05, time_window: 1.0 },
+                [1.0; 3],
+            )
         }
     }
 

@@ -10,7 +10,7 @@ use lgs_model::{Irradiance, LagrangianScene, Light, Motion, Shading, ShadingTime
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use crate::thresholds::{DARKEST, LIGHT_RIDGE, SUNS, SUNS_NEAR};
+use crate::thresholds::{LIGHT_RIDGE, SUNS, SUNS_NEAR};
 
 /// Coefficients of a polynomial irradiance over its mean.
 const COEFFICIENTS: usize = 8;
@@ -173,9 +173,9 @@ fn polynomial(surfaces: &[Surface], times: Range<usize>) -> Option<Irradiance> {
     let [x, y, z, xx, yy, xy, xz, yz]: [f64; COEFFICIENTS] = std::array::from_fn(|i| found[i]);
     let quadratic = DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]]);
     let linear = DVec3::new(x, y, z);
-    // No light is negative: one that would be for some normals is as strong as it may be.
+    // One that would be below the least for some normals is as strong as it may be.
     let least = directions(SUNS).map(|n| linear.dot(n) + n.dot(quadratic * n)).fold(0.0, f64::min);
-    let part = (DARKEST / least.abs()).min(1.0);
+    let part = ((1.0 - Irradiance::LEAST) / least.abs()).min(1.0);
     let is_light = found.iter().all(|coefficient| coefficient.is_finite());
     is_light.then_some(Irradiance { linear: part * linear, quadratic: part * quadratic, ..Irradiance::EVEN })
 }
@@ -209,7 +209,7 @@ fn sun(surfaces: &[Surface], times: Range<usize>) -> Option<Irradiance> {
     // A cap of twice the solid angle that each of the coarse directions stands for.
     let near = (1.0 - 4.0 / SUNS as f64).max(0.0);
     let fine = best(directions(SUNS * SUNS_NEAR).filter(|s| s.dot(coarse) > near).collect())?;
-    Some(Irradiance { sun: fine.clamp_length_max(4.0 * DARKEST), ..Irradiance::EVEN })
+    Some(Irradiance { sun: fine.clamp_length_max(4.0 * (1.0 - Irradiance::LEAST)), ..Irradiance::EVEN })
 }
 
 /// Directions spread evenly over all, on a spiral.

@@ -246,8 +246,6 @@ pub(crate) const LAMP_GAIN: f64 = 0.5;
 /// Directions in which a sun is sought, some ten degrees apart, and how many times as many near the best one.
 pub(crate) const SUNS: usize = 400;
 pub(crate) const SUNS_NEAR: usize = 30;
-/// How far irradiance may be below its mean for any normal, over that: none is negative.
-pub(crate) const DARKEST: f64 = 0.95;
 /// Weight of a coefficient of light from everywhere being zero, in that of all brightnesses: it decides those
 /// that no surface shows.
 pub(crate) const LIGHT_RIDGE: f64 = 1e-4;

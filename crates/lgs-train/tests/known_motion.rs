@@ -40,7 +40,6 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
     let system = quadratic(gravity.map(|g| -g), [0.0; 6]);
     let supports = Supports::from_rows((0..24 * 24).map(|i| i % 24).collect(), 24).expect("supports of all");
     LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
         velocities: means.iter().map(|&q| cross(SPIN, q)).collect(),
         dynamic_gaussians,
         objects: vec![ObjectModel {
@@ -52,12 +51,11 @@ fn bar_in(gravity: [f32; 3]) -> LagrangianScene {
                 velocity_policy: VelocityPolicy::Rigid,
             }),
         }],
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.02, time_window: 0.4 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::default(),
+            MotionConfig { dt: 0.02, time_window: 0.4 },
+            [1.0; 3],
+        )
     }
 }
 

@@ -116,18 +116,8 @@ fn subject(args: &Args) -> Result<Subject> {
 
 /// A scene in which the first frame of a source model rests, for as long as there is no other.
 pub(super) fn resting(source: &dyn SourceModel, background: [f32; 3]) -> LagrangianScene {
-    LagrangianScene {
-        static_gaussians: source.cloud_at(0.0),
-        dynamic_gaussians: GaussianCloud::default(),
-        velocities: Vec::new(),
-        objects: Vec::new(),
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.01, time_window: source.time_range().map_or(1.0, |[_, last]| last) },
-        background,
-    }
+    let motion = MotionConfig { dt: 0.01, time_window: source.time_range().map_or(1.0, |[_, last]| last) };
+    LagrangianScene::still(source.cloud_at(0.0), motion, background)
 }
 
 /// A run whose training is under way, with the source model's first frame in place of the scene.

@@ -37,15 +37,14 @@ pub(super) fn row() -> LagrangianScene {
     let contact = ObjectContact { objects, contact, drawn: Vec::new(), replays_window: true };
     let means = places.map(|x| [x as f32, 0.0, 0.0]).to_vec();
     LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.1, [0.5; 3], 0.9),
         objects: places.into_iter().enumerate().map(ball).collect(),
         contact: Some(contact),
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.05, time_window: 1.0 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::default(),
+            MotionConfig { dt: 0.05, time_window: 1.0 },
+            [1.0; 3],
+        )
     }
 }

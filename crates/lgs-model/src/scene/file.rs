@@ -153,16 +153,12 @@ pub fn scene_from_tensors(file: &TensorFile, path: &Path) -> Result<LagrangianSc
     let shading = Shading::read_from(file, static_gaussians.len() + dynamic_gaussians.len())?;
     let light = Light::read_from(file, dynamic_gaussians.len())?;
     let mut scene = LagrangianScene {
-        static_gaussians,
         dynamic_gaussians,
         velocities,
         objects,
-        contact: None,
-        shadows: Vec::new(),
         shading,
         light,
-        motion,
-        background,
+        ..LagrangianScene::still(static_gaussians, motion, background)
     };
     if file.metadata(CONTACT).is_ok() {
         scene.contact = Some(read_contact(file, &scene)?);

@@ -95,6 +95,23 @@ pub struct LagrangianScene {
 }
 
 impl LagrangianScene {
+    /// A scene of Gaussians that never move.
+    #[must_use]
+    pub fn still(static_gaussians: GaussianCloud, motion: MotionConfig, background: [f32; 3]) -> Self {
+        Self {
+            dynamic_gaussians: static_gaussians.select(&[]),
+            static_gaussians,
+            velocities: Vec::new(),
+            objects: Vec::new(),
+            contact: None,
+            shadows: Vec::new(),
+            shading: None,
+            light: None,
+            motion,
+            background,
+        }
+    }
+
     /// Number of Gaussians, static and dynamic.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -25,7 +25,6 @@ fn scene() -> LagrangianScene {
         velocity_policy: VelocityPolicy::Keep,
     };
     LagrangianScene {
-        static_gaussians: GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.9, 0.3, 0.1], 0.9),
         objects: vec![ObjectModel {
@@ -33,12 +32,11 @@ fn scene() -> LagrangianScene {
             recording: None,
             dynamics: Dynamics::Particles(particles),
         }],
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::isotropic(vec![[0.0, 0.0, -1.0]; 3], 0.1, [0.2, 0.5, 0.2], 0.9),
+            MotionConfig { dt: 0.01, time_window: 0.75 },
+            [1.0; 3],
+        )
     }
 }
 

@@ -30,20 +30,19 @@ fn turning(rate: f64, log_gain: impl Fn(DVec3, f32) -> f64) -> LagrangianScene {
         TIMES.all().map(at).collect::<Vec<f32>>()
     };
     LagrangianScene {
-        static_gaussians: cloud.select(&[]),
         velocities: vec![[0.0; 3]; cloud.len()],
         objects: vec![ObjectModel {
             members: 0..cloud.len(),
             dynamics: Dynamics::Generalised(dynamics),
             recording: None,
         }],
-        contact: None,
-        shadows: Vec::new(),
         shading: Some(Shading::new(TIMES, normals.iter().flat_map(of_row).collect())),
-        light: None,
         dynamic_gaussians: cloud,
-        motion: MotionConfig { dt: 0.01, time_window: 0.75 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::default(),
+            MotionConfig { dt: 0.01, time_window: 0.75 },
+            [1.0; 3],
+        )
     }
 }
 

@@ -78,18 +78,7 @@ pub fn train(
 fn still_scene(source: &dyn SourceModel, dt: f32, background: [f32; 3]) -> LagrangianScene {
     let cloud = source.cloud_at(0.0);
     let order: Vec<usize> = spatial_order(&cloud.means).into_iter().map(|i| i as usize).collect();
-    LagrangianScene {
-        static_gaussians: cloud.select(&order),
-        dynamic_gaussians: cloud.select(&[]),
-        velocities: Vec::new(),
-        objects: Vec::new(),
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt, time_window: 1.0 },
-        background,
-    }
+    LagrangianScene::still(cloud.select(&order), MotionConfig { dt, time_window: 1.0 }, background)
 }
 
 /// Whether an object follows a law without networks, or a recording.

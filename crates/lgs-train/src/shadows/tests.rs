@@ -37,16 +37,14 @@ fn scene(place: impl Fn(f64, DVec3) -> DVec3) -> LagrangianScene {
         recording,
     };
     LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
         velocities: vec![[0.0; 3]; means.len()],
         dynamic_gaussians: GaussianCloud::isotropic(means, 0.05, [0.5; 3], 0.9),
         objects: vec![object(0..6, ball, None), object(6..10, disc, Recording::new(times, positions, turns))],
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        motion: MotionConfig { dt: 0.02, time_window: 1.0 },
-        background: [1.0; 3],
+        ..LagrangianScene::still(
+            GaussianCloud::default(),
+            MotionConfig { dt: 0.02, time_window: 1.0 },
+            [1.0; 3],
+        )
     }
 }
 

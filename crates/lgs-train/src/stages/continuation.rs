@@ -59,7 +59,6 @@ impl RecordedObject<'_> {
         let means = recording.start().to_vec();
         let members = 0..means.len();
         LagrangianScene {
-            static_gaussians: GaussianCloud::default(),
             dynamic_gaussians: GaussianCloud::isotropic(means, 1.0, [0.5; 3], 0.5),
             velocities: self.known.velocities.to_vec(),
             objects: vec![ObjectModel {
@@ -67,12 +66,7 @@ impl RecordedObject<'_> {
                 dynamics: self.object.dynamics.clone(),
                 recording: Some(recording),
             }],
-            contact: None,
-            shadows: Vec::new(),
-            shading: None,
-            light: None,
-            motion: self.known.motion,
-            background: [0.0; 3],
+            ..LagrangianScene::still(GaussianCloud::default(), self.known.motion, [0.0; 3])
         }
     }
 

@@ -1,4 +1,5 @@
-//! Displaced bodies, and changes of images with the displacement of a body, by central differences.
+//! Displaced bodies, and changes of images with the displacement of a body, by central differences of
+//! the parts that it reaches.
 //!
 //! Differences see what derivatives do not: Gaussians that come to lie before others, and the edges at which
 //! they end. The fit of laws needs them to come to its end.
@@ -7,10 +8,10 @@ use std::ops::Range;
 
 use super::thresholds::DISPLACEMENT_PROBE;
 use glam::DMat3;
-use lgs_core::GaussianCloud;
-use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_mul, quat_normalize, sub};
+use lgs_core::linear::{add, mat_mul, mat_vec, matrix_from_quat, quat_mul, quat_normalize, scale, sub};
+use lgs_core::{Camera, GaussianCloud};
 use lgs_model::mapped_shape;
-use lgs_render::Splats;
+use lgs_render::{ImagePart, ImageTangent, Rasterized, Splats, rasterize_part};
 
 /// A small displacement: of the body's centre, a rotation vector about it, and strains xx, yy, zz, yz, xz,
 /// xy.
@@ -36,13 +37,41 @@ impl Pose {
     }
 }
 
-/// The change of an image of the cloud with one number of a body's displacement, given how images are drawn.
-pub(super) fn change(
+/// The changes of an image of the cloud with each number of a body's displacement, given how the camera draws
+/// it as it is: in the part that the body reaches, from the Gaussians that reach it, too.
+pub(super) fn changes_by_differences(
+    body: &Pose,
+    (cloud, drawn): (&GaussianCloud, &Rasterized),
+    camera: &Camera,
+    background: [f32; 3],
+) -> Vec<ImageTangent> {
+    let reached = drawn.part_reached_by(body.rows.clone());
+    let across = (reached.columns.len() + reached.rows.len()) as f64;
+    let margin = 2 + (2.0 * DISPLACEMENT_PROBE * across) as usize;
+    let part = reached.widened(margin, [drawn.width as usize, drawn.height as usize]);
+    if reached.pixels() == 0 {
+        return Vec::new();
+    }
+    let mut near = drawn.gaussians_in(&part);
+    near.extend(body.rows.clone());
+    near.sort_unstable();
+    near.dedup();
+    let first = near.partition_point(|&index| index < body.rows.start);
+    let body = Pose { rows: first..first + body.rows.len(), ..*body };
+    let cloud = cloud.select(&near);
+    let draw = |splats: &Splats<'_>| rasterize_part(splats, camera, background, &part);
+    (0..body.freedoms()).map(|unknown| change(unknown, &body, &cloud, &part, draw)).collect()
+}
+
+/// The change of a part of an image of the cloud with one number of a body's displacement, given how it is
+/// drawn.
+fn change(
     unknown: usize,
     body: &Pose,
     cloud: &GaussianCloud,
-    draw: impl Fn(&Splats<'_>) -> Vec<[f32; 3]>,
-) -> Vec<[f32; 3]> {
+    part: &ImagePart,
+    draw: impl Fn(&Splats<'_>) -> Rasterized,
+) -> ImageTangent {
     let probe = if unknown < 3 { DISPLACEMENT_PROBE * f64::from(body.radius) } else { DISPLACEMENT_PROBE };
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = Displacement::default();
@@ -51,7 +80,9 @@ pub(super) fn change(
         draw(&Splats { means, rotations, log_scales, ..Splats::from(cloud) })
     });
     let rate = (0.5 / probe) as f32;
-    ahead.iter().zip(&behind).map(|(a, b)| sub(*a, *b).map(|change| rate * change)).collect()
+    let image = ahead.image.iter().zip(&behind.image).map(|(a, b)| scale(sub(*a, *b), rate));
+    let transmittance = ahead.transmittance.iter().zip(&behind.transmittance).map(|(a, b)| rate * (a - b));
+    ImageTangent { part: part.clone(), image: image.collect(), transmittance: transmittance.collect() }
 }
 
 /// What a displacement changes of Gaussians.

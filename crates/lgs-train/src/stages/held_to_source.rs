@@ -243,7 +243,6 @@ mod tests {
         let start = State { x: vec![0.0; 3], v: vec![velocity, 0.0, 0.0] };
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
         LagrangianScene {
-            static_gaussians: cloud.select(&[]),
             velocities: vec![[velocity as f32, 0.0, 0.0]],
             objects: vec![ObjectModel {
                 members: 0..1,
@@ -251,12 +250,11 @@ mod tests {
                 recording: None,
             }],
             dynamic_gaussians: cloud,
-            contact: None,
-            shadows: Vec::new(),
-            shading: None,
-            light: None,
-            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
-            background: [1.0; 3],
+            ..LagrangianScene::still(
+                GaussianCloud::default(),
+                MotionConfig { dt: 0.05, time_window: 1.0 },
+                [1.0; 3],
+            )
         }
     }
 

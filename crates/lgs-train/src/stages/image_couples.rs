@@ -82,16 +82,14 @@ mod tests {
         let places: Vec<[f32; 3]> = (0..5).map(|i| [i as f32, 0.0, 0.0]).collect();
         let cloud = GaussianCloud::isotropic(places.clone(), 0.15, [0.1, 0.5, 0.2], 0.9);
         let scene = LagrangianScene {
-            static_gaussians: cloud.select(&[]),
             dynamic_gaussians: cloud,
             velocities: vec![[0.0; 3]; 5],
             objects: vec![sliding(0..1, 1.0), sliding(1..3, 1.0), sliding(3..5, -1.0)],
-            contact: None,
-            shadows: Vec::new(),
-            shading: None,
-            light: None,
-            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
-            background: [1.0; 3],
+            ..LagrangianScene::still(
+                GaussianCloud::default(),
+                MotionConfig { dt: 0.05, time_window: 1.0 },
+                [1.0; 3],
+            )
         };
         // Two bodies side by side, with a mass ratio, an offset, and nothing that acts on them.
         let law = Law::new(Coordinates::Pair, Vec::new(), vec![1.0, 0.0, 0.0, 0.0], 0.05).expect("a law");

@@ -148,17 +148,13 @@ fn assemble(
         objects.push(ObjectModel { members, dynamics, recording });
     }
     let shading = recorder.tracks.source.shading().map(|shading| shading.select(&source_rows));
+    let motion = MotionConfig { dt, time_window: request.time_window };
     let scene = LagrangianScene {
-        static_gaussians,
         dynamic_gaussians,
         velocities,
         objects,
-        contact: None,
-        shadows: Vec::new(),
         shading,
-        light: None,
-        motion: MotionConfig { dt, time_window: request.time_window },
-        background: request.background,
+        ..LagrangianScene::still(static_gaussians, motion, request.background)
     };
     InitialScene { scene: with_continuations(scene, &reports, request.distill), reports, source_rows }
 }

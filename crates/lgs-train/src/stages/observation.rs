@@ -8,7 +8,7 @@ use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
 use lgs_render::{AffineMotion, ImageTangent, Rasterized, Splats, photometric, rasterize, rasterize_jvp};
 
-use super::displacement::{Displacement, Pose, change};
+use super::displacement::{Displacement, Pose, changes_by_differences};
 use super::initial_pose::{mean, spin};
 use super::thresholds::SSIM_WEIGHT;
 
@@ -48,7 +48,7 @@ pub(super) struct Observation {
 pub(super) enum Changes {
     /// By the derivative, in one pass over the tiles that the body reaches.
     Derivatives,
-    /// By differences of whole images, which also see Gaussians that come to lie before others.
+    /// By differences of images, which also see Gaussians that come to lie before others.
     Differences,
 }
 
@@ -65,15 +65,17 @@ pub(super) fn observe(
     let forward = rasterize(&splats, &frame.camera, background);
     let drawn = photographed(&forward, frame, background);
     let residuals = difference(&truth.pixels, &drawn);
-    let normal = |body: &Pose| match changes {
-        Changes::Derivatives => by_derivatives((frame, background), (&splats, &forward), body, &residuals),
-        Changes::Differences => {
-            let draw = |splats: &Splats<'_>| {
-                photographed(&rasterize(splats, &frame.camera, background), frame, background)
-            };
-            let columns = (0..body.freedoms()).map(|unknown| change(unknown, body, cloud, draw));
-            Normal::new(&columns.collect::<Vec<_>>(), &residuals)
-        }
+    let normal = |body: &Pose| {
+        let tangents = match changes {
+            Changes::Derivatives => {
+                let motions = &motions_about(body.center)[..body.freedoms()];
+                rasterize_jvp(&splats, &frame.camera, &forward, (body.rows.clone(), motions))
+            }
+            Changes::Differences => {
+                changes_by_differences(body, (cloud, &forward), &frame.camera, background)
+            }
+        };
+        normal(tangents, frame, background, &residuals)
     };
     Observation {
         normals: bodies.iter().map(normal).collect(),
@@ -82,21 +84,20 @@ pub(super) fn observe(
     }
 }
 
-/// The normal equations of a body in a drawn frame, by derivatives.
-fn by_derivatives(
-    (frame, background): (&Frame, [f32; 3]),
-    (splats, drawn): (&Splats<'_>, &Rasterized),
-    body: &Pose,
+/// The normal equations of a body in a frame, given how the drawn image changes with its displacement.
+fn normal(
+    tangents: Vec<ImageTangent>,
+    frame: &Frame,
+    background: [f32; 3],
     residuals: &[[f32; 3]],
 ) -> Normal {
-    let motions = &motions_about(body.center)[..body.freedoms()];
-    let tangents = rasterize_jvp(splats, &frame.camera, drawn, (body.rows.clone(), motions));
-    let Some(first) = tangents.first() else { return Normal::new(&[], &[]) };
-    let width = drawn.width as usize;
-    let residuals = first.part_of(residuals, width);
-    let weights = frame.weights().map(|weights| first.part_of(&weights, width));
+    let Some(part) = tangents.first().map(|tangent| tangent.part.clone()) else {
+        return Normal::new(&[], &[]);
+    };
+    let width = frame.camera.width as usize;
+    let weights = frame.weights().map(|weights| part.of(&weights, width));
     let column = |tangent| photographed_change(tangent, frame, (weights.as_deref(), background));
-    Normal::new(&tangents.into_iter().map(column).collect::<Vec<_>>(), &residuals)
+    Normal::new(&tangents.into_iter().map(column).collect::<Vec<_>>(), &part.of(residuals, width))
 }
 
 /// Sum of squared errors of Gaussians in a frame.

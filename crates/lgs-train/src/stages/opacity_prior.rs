@@ -76,16 +76,10 @@ mod tests {
         let device = DeviceName::Cpu.device();
         let cloud = || GaussianCloud::isotropic(vec![[0.0; 3]], 0.1, [0.5; 3], 0.5);
         let scene = LagrangianScene {
-            static_gaussians: cloud(),
             dynamic_gaussians: cloud(),
             velocities: vec![[0.0; 3]],
             objects: Vec::new(),
-            contact: None,
-            shadows: Vec::new(),
-            shading: None,
-            light: None,
-            motion: MotionConfig { dt: 0.1, time_window: 1.0 },
-            background: [1.0; 3],
+            ..LagrangianScene::still(cloud(), MotionConfig { dt: 0.1, time_window: 1.0 }, [1.0; 3])
         };
         let prior = OpacityPrior::new(&scene, weight, &device);
         let mut clouds = [cloud(), cloud()].map(|cloud| TrainableCloud::new(&cloud, &device));

@@ -151,7 +151,6 @@ mod tests {
         let known = bands::Known::default();
         let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
         LagrangianScene {
-            static_gaussians: cloud.select(&[]),
             velocities: vec![[0.0; 3]; 8],
             objects: vec![ObjectModel {
                 members: 0..8,
@@ -159,12 +158,11 @@ mod tests {
                 recording: Recording::new(TIMES.to_vec(), positions, turns),
             }],
             dynamic_gaussians: cloud,
-            contact: None,
-            shadows: Vec::new(),
-            shading: None,
-            light: None,
-            motion: MotionConfig { dt: 0.05, time_window: 1.0 },
-            background: [1.0; 3],
+            ..LagrangianScene::still(
+                GaussianCloud::default(),
+                MotionConfig { dt: 0.05, time_window: 1.0 },
+                [1.0; 3],
+            )
         }
     }
 

@@ -147,14 +147,9 @@ pub(super) fn part_of(
         *supports = Arc::new(supports_of(&chosen, supports, &dynamic_gaussians.means));
     }
     LagrangianScene {
-        static_gaussians: GaussianCloud::default(),
         velocities: rows.iter().map(|&i| scene.velocities[i]).collect(),
         objects: vec![ObjectModel { members: 0..rows.len(), dynamics, recording: None }],
         dynamic_gaussians,
-        contact: None,
-        shadows: Vec::new(),
-        shading: None,
-        light: None,
-        ..*scene
+        ..LagrangianScene::still(GaussianCloud::default(), scene.motion, scene.background)
     }
 }
