@@ -1,10 +1,12 @@
 //! Laws held to their source (method §6): inside the captured window, images of a scene are never much worse
 //! than those of the source model that it came from.
 //!
-//! The law of an object that draws the training images worse than the source does is not to be trusted. The
-//! object plays the source's motion of its Gaussians in the window, if that draws them better: with those at
-//! rest as the source has them, since they have been fitted beside the wrong motion. Its law goes on under
-//! edits, and beyond the window if it forecasts the end of these tracks ([`super::continuation`]).
+//! The law of an object that draws the training images worse than the source does is not to be trusted, if
+//! the source's motion of its Gaussians draws them better. The object plays that motion in the window then:
+//! with those at rest as the source has them, since they have been fitted beside the wrong motion. Its law
+//! goes on under edits, and beyond the window if it forecasts the end of these tracks
+//! ([`super::continuation`]). Where the source's motion draws them no better, the images show something that
+//! no motion of these Gaussians has, such as the shadow of another object: a law only describes them then.
 
 use std::path::Path;
 
@@ -14,7 +16,10 @@ use lgs_distill::DistillConfig;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_mechanics::bands::{PositionBand, Verdict};
 use lgs_model::source::SourceModel;
-use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel, Recording, TensorFile, TensorFileError};
+use lgs_model::{
+    Dynamics, GeneralisedDynamics, LagrangianScene, Motion, ObjectModel, Recording, TensorFile,
+    TensorFileError,
+};
 use lgs_render::{Splats, rasterize};
 use rayon::prelude::*;
 
@@ -52,8 +57,19 @@ pub struct WorseThanSource {
     pub object: usize,
     /// Decibels by which it is worse.
     pub decibels: f64,
-    /// Whether it plays the source's tracks in the window now, which draw it better.
-    pub plays_tracks: bool,
+    /// What became of its motion.
+    pub fate: Fate,
+}
+
+/// What becomes of a motion that draws the window worse than the source does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// The source's tracks take its place in the window, as they draw it better; it is not to be trusted.
+    GivesWay,
+    /// It stays, and is not to be trusted: there are no tracks to compare it with.
+    IsDistrusted,
+    /// It stays, as the source's tracks draw the window no better.
+    Stays,
 }
 
 /// Writes which of the source's Gaussians each Gaussian of a scene is.
@@ -82,7 +98,7 @@ pub(crate) fn load_rows(
 
 /// Gives up laws, and poses of bodies without a law, that draw what training images show of their objects
 /// worse than the source does, by more than half a decibel, and plays the source's tracks instead where
-/// these draw it better.
+/// these draw it better; where they do not, no law explains what the images show.
 #[must_use]
 pub fn held_to_source(mut scene: LagrangianScene, of: &SourceOfScene<'_>, frames: &[Frame]) -> HeldToSource {
     let frames = spread_over_time(frames, HELD_FRAMES, [1, 2]);
@@ -96,18 +112,21 @@ pub fn held_to_source(mut scene: LagrangianScene, of: &SourceOfScene<'_>, frames
     if worse.is_empty() {
         return HeldToSource { scene, worse: Vec::new() };
     }
-    worse.iter().for_each(|&object| give_up(&mut scene.objects[object]));
     let playing = with_tracks(&scene, &worse, of);
     let after = decibels_below(&playing, of, &frames);
     tracing::debug!(?after, "the same with the source's tracks");
-    let are_better = worse.iter().all(|&object| after[object] < below[object]);
-    let told = |&object: &usize| WorseThanSource {
-        object,
-        decibels: below[object],
-        plays_tracks: playing.objects[object].recording.is_some() && are_better,
+    let fate = |object: usize| match playing.objects[object].recording {
+        None => Fate::IsDistrusted,
+        Some(_) if after[object] < below[object] => Fate::GivesWay,
+        Some(_) => Fate::Stays,
     };
-    let worse = worse.iter().map(told).collect();
-    HeldToSource { scene: if are_better { playing } else { scene }, worse }
+    let told = |&object: &usize| WorseThanSource { object, decibels: below[object], fate: fate(object) };
+    let worse: Vec<WorseThanSource> = worse.iter().map(told).collect();
+    worse.iter().for_each(|worse| lower(&mut scene.objects[worse.object], worse.fate));
+    let gives_way = |worse: &WorseThanSource| (worse.fate == Fate::GivesWay).then_some(worse.object);
+    let playing: Vec<usize> = worse.iter().filter_map(gives_way).collect();
+    let scene = if playing.is_empty() { scene } else { with_tracks(&scene, &playing, of) };
+    HeldToSource { scene, worse }
 }
 
 /// The scene with the source's tracks of some objects, and the source's Gaussians at rest.
@@ -135,12 +154,15 @@ fn with_tracks(scene: &LagrangianScene, objects: &[usize], of: &SourceOfScene<'_
     playing
 }
 
-/// Says of an object's law that it is not to be trusted.
-fn give_up(object: &mut ObjectModel) {
-    if let Dynamics::Generalised(dynamics) = &mut object.dynamics {
-        dynamics.known.verdict = Verdict::Outside;
-        dynamics.known.trusted = [0.0; 2];
-        dynamics.known.band = PositionBand::default();
+/// Says of an object's law that it explains less than it claims, or is not to be trusted at all.
+fn lower(object: &mut ObjectModel, fate: Fate) {
+    let Dynamics::Generalised(GeneralisedDynamics { known, .. }) = &mut object.dynamics else { return };
+    if fate != Fate::Stays {
+        known.verdict = Verdict::Outside;
+        known.trusted = [0.0; 2];
+        known.band = PositionBand::default();
+    } else if known.verdict == Verdict::Explained {
+        known.verdict = Verdict::Described;
     }
 }
 
@@ -219,76 +241,4 @@ fn put(cloud: &mut GaussianCloud, first: usize, new: &GaussianCloud) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use lgs_core::{Camera, Exposure};
-    use lgs_mechanics::Law;
-    use lgs_mechanics::bands;
-    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
-    use lgs_model::source::ImportedFrames;
-    use lgs_model::{GeneralisedDynamics, MotionConfig};
-
-    /// A ball that slides by 0.6 in a unit of time.
-    fn sliding() -> ImportedFrames {
-        let ball = GaussianCloud::isotropic(vec![[0.0; 3]], 0.15, [0.1, 0.5, 0.2], 0.9);
-        lgs_model::testing::sliding(ball, [0.6, 0.0, 0.0])
-    }
-
-    /// The ball as it slides freely with a velocity.
-    fn scene(velocity: f64) -> LagrangianScene {
-        let cloud = sliding().cloud_at(0.0);
-        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.05).expect("a law");
-        let known =
-            bands::Known { verdict: Verdict::Explained, trusted: [-1.0, 3.0], ..bands::Known::default() };
-        let start = State { x: vec![0.0; 3], v: vec![velocity, 0.0, 0.0] };
-        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
-        LagrangianScene {
-            velocities: vec![[velocity as f32, 0.0, 0.0]],
-            objects: vec![ObjectModel {
-                members: 0..1,
-                dynamics: Dynamics::Generalised(dynamics),
-                recording: None,
-            }],
-            dynamic_gaussians: cloud,
-            ..LagrangianScene::still(
-                GaussianCloud::default(),
-                MotionConfig { dt: 0.05, time_window: 1.0 },
-                [1.0; 3],
-            )
-        }
-    }
-
-    fn held(velocity: f64) -> HeldToSource {
-        let source = sliding();
-        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.8, 48, 48);
-        let frame = |k: usize| {
-            let time = k as f32 / 10.0;
-            let drawn = rasterize(&Splats::from(&source.cloud_at(time)), &camera, [1.0; 3]);
-            let bytes = |p: &[f32; 3]| [p[0], p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8);
-            let pixels = drawn.image.iter().flat_map(bytes).collect::<Vec<u8>>().into();
-            let exposure = Exposure::IDENTITY;
-            Frame { name: String::new(), camera_id: 0, camera, time, exposure, pixels }
-        };
-        let frames: Vec<Frame> = (0..=10).map(frame).collect();
-        held_to_source(
-            scene(velocity),
-            &SourceOfScene { source: &source, rows: vec![0], config: &DistillConfig::default() },
-            &frames,
-        )
-    }
-
-    #[test]
-    fn a_law_that_images_contradict_gives_way_to_the_tracks_of_its_source() {
-        let right = held(0.6);
-        assert!(right.worse.is_empty() && right.scene.objects[0].recording.is_none());
-        let wrong = held(0.2);
-        assert!(wrong.worse[0].decibels > 3.0 && wrong.worse[0].plays_tracks, "{:?}", wrong.worse);
-        let object = &wrong.scene.objects[0];
-        let known = &object.dynamics.generalised().expect("a law").known;
-        assert_eq!((known.verdict, known.trusted), (Verdict::Outside, [0.0; 2]));
-        let mut motion = Motion::new(&wrong.scene, Edit::default(), Reversal::default());
-        let mut place = |time: f32| f64::from(motion.state_at(time).q[0][0]);
-        assert!((place(0.5) - 0.3).abs() < 1e-3 && (place(1.0) - 0.6).abs() < 1e-3);
-        assert!((place(2.0) - 1.2).abs() < 1e-3, "the tracks go on: the law forecasts their end worse");
-    }
-}
+mod tests;

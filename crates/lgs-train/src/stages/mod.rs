@@ -39,7 +39,7 @@ mod tune_gaussians;
 
 pub use config::{FitDynamicsConfig, InitialVelocity, TuneDynamicsConfig, TuneGaussiansConfig};
 pub use fit_dynamics::FitDynamics;
-pub use held_to_source::{HeldToSource, SourceOfScene, WorseThanSource, held_to_source};
+pub use held_to_source::{Fate, HeldToSource, SourceOfScene, WorseThanSource, held_to_source};
 pub(crate) use held_to_source::{load_rows, save_rows};
 pub use initialise_scene::{InitialScene, InitialSceneRequest, initialise_scene};
 pub use law_choice::LongSearch;
