@@ -42,6 +42,25 @@ impl Partition {
         }
     }
 
+    /// The partition in which every object is part of the one that `whole` says, itself or another one, which
+    /// may be part of a further one; labelled anew by falling size.
+    ///
+    /// # Panics
+    /// If there are not as many as objects.
+    #[must_use]
+    pub fn joined(&self, whole: &[usize]) -> Self {
+        assert_eq!(whole.len(), self.objects, "objects");
+        let root = |object: usize| (0..whole.len()).fold(object, |object, _| whole[object]);
+        let mut groups = vec![Vec::new(); self.objects];
+        for (i, &object) in self.object.iter().enumerate() {
+            if let Ok(object) = usize::try_from(object) {
+                groups[root(object)].push(i);
+            }
+        }
+        groups.retain(|members| !members.is_empty());
+        Self::of_groups(groups, self.object.len())
+    }
+
     /// Number of moving particles.
     #[must_use]
     pub fn moving(&self) -> usize {
@@ -52,4 +71,17 @@ impl Partition {
 /// Sorts groups by falling size, ties by their first particle.
 pub(crate) fn largest_first(groups: &mut [Vec<usize>]) {
     groups.sort_by_key(|members| (std::cmp::Reverse(members.len()), members.first().copied()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_parts_belong_to_one_object() {
+        let partition = Partition { object: vec![2, 1, 0, -1, 0, 3, 0], objects: 4 };
+        let joined = partition.joined(&[0, 1, 1, 2]);
+        assert_eq!(joined, Partition { object: vec![0, 0, 1, -1, 1, 0, 1], objects: 2 });
+        assert_eq!(partition.joined(&[0, 1, 2, 3]).objects, 4);
+    }
 }

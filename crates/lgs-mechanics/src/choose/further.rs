@@ -41,7 +41,8 @@ pub fn choose_further(
 }
 
 /// Places of the further laws that may be likelier than those that explain the track: those with all terms of
-/// one of these and one more, and the promising ones.
+/// one of these and one more, and the promising ones; along an axis, where fits take little time, also all
+/// that have at most one unknown more than the one with the fewest.
 fn rivals(choice: &Choice, (list, further): (&[Candidate], &[Candidate]), promising: &[usize]) -> Vec<usize> {
     let explaining: Vec<&[Term]> = choice
         .judged
@@ -54,7 +55,12 @@ fn rivals(choice: &Choice, (list, further): (&[Candidate], &[Candidate]), promis
             other.terms.len() == terms.len() + 1 && terms.iter().all(|term| other.terms.contains(term))
         })
     };
-    (0..further.len()).filter(|i| promising.contains(i) || is_longer(&further[*i])).collect()
+    let fewest = choice.judged.iter().filter(|judged| choice.explains(judged));
+    let fewest = fewest.map(|judged| list[judged.index].unknown_count()).min().unwrap_or(0);
+    let is_near =
+        |other: &Candidate| other.coordinates.freedoms() == 1 && other.unknown_count() <= fewest + 1;
+    let is_rival = |i: &usize| promising.contains(i) || is_longer(&further[*i]) || is_near(&further[*i]);
+    (0..further.len()).filter(is_rival).collect()
 }
 
 /// The candidates whose equations of motion the track obeys about as well as those of any, and those that it

@@ -11,7 +11,7 @@ use burn::tensor::Device;
 use lgs_core::{GaussianCloud, spatial_order};
 use lgs_data::dataset::Frame;
 use lgs_distill::{
-    DistillConfig, DistillObserver, DistillReport, Distilled, DistilledLaw, DistilledParticles,
+    DistillConfig, DistillObserver, DistillReport, Distilled, DistilledLaw, DistilledParticles, Partition,
     PartitionConfig, SceneDistillation, Trajectories, find_objects_beside,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
@@ -21,9 +21,11 @@ use lgs_model::{
 };
 
 use super::continuation::{Known, carried_on};
+use super::joined_objects::joined;
 use super::motion_options::MotionOptions;
-use super::observed_motion::{TrainingFrames, observed_to_move};
+use super::observed_motion::{observed_to_move, rises_at_rest};
 use super::recorder::{Recorder, SourceTracks};
+use super::rises::Witnesses;
 use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
@@ -87,19 +89,33 @@ pub fn initialise_scene(
     };
     let things = source.carried();
     let found = find_objects_beside(things, &trajectories, request.partition)?;
-    let training = TrainingFrames { frames: request.frames, background: request.background };
-    let mut seen = observed_to_move(source, &found, training, request.partition.unseen_motion);
-    // What silhouettes have found to fly is seen to move.
-    for (object, _) in found.object.iter().zip(things).filter(|(_, thing)| **thing > 0) {
-        seen[*object as usize] = true;
-    }
-    let partition = found.with_only(&seen);
+    let partition = seen_to_move(source, found, request);
     let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
     let handled = HandledThings::of(source, window, &object);
     let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), observer)?;
     let tracks = SourceTracks { source, times: &trajectories.times };
     let recorder = Recorder { tracks, trajectories: &trajectories, config: &object, handled: &handled };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
+}
+
+/// The objects that images show to move, and those that they show to move apart.
+fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSceneRequest<'_>) -> Partition {
+    let witnesses = Witnesses::new(request.frames, request.background);
+    let tolerance = f64::from(request.partition.unseen_motion);
+    let rises = rises_at_rest(source, &found, &witnesses);
+    let mut seen = observed_to_move(&rises, tolerance);
+    // What silhouettes have found to fly is seen to move, by itself.
+    let things = source.carried();
+    for (object, _) in found.object.iter().zip(things).filter(|(_, thing)| **thing > 0) {
+        seen[*object as usize] = true;
+    }
+    let partition = found.with_only(&seen);
+    if things.iter().any(|&thing| thing > 0) {
+        return partition;
+    }
+    let rises: Vec<f64> =
+        rises.into_iter().zip(seen).filter_map(|(rise, seen)| seen.then_some(rise)).collect();
+    joined(source, partition, (&witnesses, &rises), tolerance)
 }
 
 /// Times at which the source is sampled: those of its frames, if these lie evenly apart and are enough for

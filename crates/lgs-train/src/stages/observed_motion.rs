@@ -4,94 +4,44 @@
 //! object whose Gaussians could as well rest where they are at t = 0 belongs to the static Gaussians (method
 //! §5.1).
 
-use lgs_core::GaussianCloud;
-use lgs_data::dataset::Frame;
 use lgs_distill::Partition;
 use lgs_model::source::SourceModel;
-use lgs_render::{Splats, mse, rasterize};
-use rayon::prelude::*;
 
-use super::spread::spread_over_time;
-use super::thresholds::{OBSERVED_FRACTION, OBSERVED_FRAMES};
+use super::rises::{Otherwise, Witnesses};
+use super::thresholds::OBSERVED_FRACTION;
 
-/// The training frames that tell what is seen to move.
-#[derive(Clone, Copy)]
-pub(super) struct TrainingFrames<'a> {
-    pub(super) frames: &'a [Frame],
-    /// Colour behind the Gaussians.
-    pub(super) background: [f32; 3],
-}
-
-/// For every object of a partition of the source's Gaussians, whether its rest would show in the training
-/// frames: would raise their error by the fraction `tolerance` (0: everything counts as seen to move).
-pub(super) fn observed_to_move(
+/// For every object of a partition of the source's Gaussians, the fraction by which its rest would raise the
+/// error of the witnesses.
+pub(super) fn rises_at_rest(
     source: &dyn SourceModel,
     partition: &Partition,
-    training: TrainingFrames<'_>,
-    tolerance: f32,
-) -> Vec<bool> {
-    let tolerance = f64::from(tolerance);
-    let frames = spread_over_time(training.frames, OBSERVED_FRAMES, [1, 2]);
-    if tolerance <= 0.0 || frames.is_empty() {
-        return vec![true; partition.objects];
-    }
-    let start = source.cloud_at(0.0);
-    let members: Vec<Vec<usize>> = (0..partition.objects).map(|object| partition.members(object)).collect();
-    let errors: Vec<Vec<f64>> =
-        frames.par_iter().map(|frame| errors(source, &start, &members, frame, training.background)).collect();
-    let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
-    let moving = total(0);
-    let rises: Vec<f64> =
-        (1..=partition.objects).map(|column| total(column) / moving.max(f64::MIN_POSITIVE) - 1.0).collect();
+    witnesses: &Witnesses<'_>,
+) -> Vec<f64> {
+    let at_rest = |object| Otherwise { members: partition.members(object), motions: None };
+    let rises = witnesses.rises(source, &(0..partition.objects).map(at_rest).collect::<Vec<_>>());
     for (object, rise) in rises.iter().enumerate() {
-        tracing::debug!(
-            object,
-            gaussians = members[object].len(),
-            rise,
-            "error of the images if it were at rest"
-        );
+        tracing::debug!(object, rise, "error of the images if it were at rest");
     }
-    // Of a poor source little shows; then what shows most moves all the same.
-    let most = rises.iter().copied().fold(0.0, f64::max);
-    rises.iter().map(|&rise| rise >= tolerance.min(OBSERVED_FRACTION * most)).collect()
+    rises
 }
 
-/// Mean squared errors of a frame: of the source, and with each object at rest.
-fn errors(
-    source: &dyn SourceModel,
-    start: &GaussianCloud,
-    members: &[Vec<usize>],
-    frame: &Frame,
-    background: [f32; 3],
-) -> Vec<f64> {
-    let mut image = frame.composited(background);
-    frame.leave_out(&mut image.pixels, background);
-    let error = |cloud: &GaussianCloud| {
-        let drawn = rasterize(&Splats::from(cloud), &frame.camera, background);
-        let mut own = drawn.to_image();
-        frame.exposure.expose(&mut own.pixels, &drawn.transmittance, background);
-        frame.leave_out(&mut own.pixels, background);
-        mse(&own, &image)
-    };
-    let cloud = source.cloud_at(frame.time);
-    let resting = members.iter().map(|members| {
-        let mut resting = cloud.clone();
-        for &i in members {
-            resting.means[i] = start.means[i];
-            resting.rotations[i] = start.rotations[i];
-            resting.log_scales[i] = start.log_scales[i];
-        }
-        error(&resting)
-    });
-    std::iter::once(error(&cloud)).chain(resting).collect()
+/// For every object, whether images show it to move: whether its rest would raise their error by the fraction
+/// `tolerance` (0: everything counts as seen to move).
+pub(super) fn observed_to_move(rises: &[f64], tolerance: f64) -> Vec<bool> {
+    // Of a poor source little shows; then what shows most moves all the same.
+    let most = rises.iter().copied().fold(0.0, f64::max);
+    let is_seen = |&rise: &f64| tolerance <= 0.0 || rise >= tolerance.min(OBSERVED_FRACTION * most);
+    rises.iter().map(is_seen).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::{Camera, Exposure};
+    use lgs_core::{Camera, Exposure, GaussianCloud};
+    use lgs_data::dataset::Frame;
     use lgs_distill::PartitionConfig;
     use lgs_model::source::ImportedFrames;
+    use lgs_render::{Splats, rasterize};
 
     /// Two balls that slide as far as each other, of which the second has the colour of the background.
     fn sliding() -> ImportedFrames {
@@ -126,12 +76,14 @@ mod tests {
             }
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
-        let partition = Partition { object: vec![0, 1], objects: 2 };
-        let training = TrainingFrames { frames: &frames, background: [1.0; 3] };
-        let tolerance = PartitionConfig::default().unseen_motion;
-        assert_eq!(observed_to_move(&source, &partition, training, tolerance), [true, false]);
-        let alone = Partition { object: vec![-1, 0], objects: 1 };
-        assert_eq!(observed_to_move(&source, &alone, training, tolerance), [true], "nothing shows more");
-        assert_eq!(observed_to_move(&source, &partition, training, 0.0), [true, true], "everything counts");
+        let tolerance = f64::from(PartitionConfig::default().unseen_motion);
+        let witnesses = Witnesses::new(&frames, [1.0; 3]);
+        let observed = |object: Vec<i32>, tolerance: f64| {
+            let objects = object.iter().filter(|&&object| object >= 0).count();
+            observed_to_move(&rises_at_rest(&source, &Partition { object, objects }, &witnesses), tolerance)
+        };
+        assert_eq!(observed(vec![0, 1], tolerance), [true, false]);
+        assert_eq!(observed(vec![-1, 0], tolerance), [true], "nothing shows more");
+        assert_eq!(observed(vec![0, 1], 0.0), [true, true], "everything counts");
     }
 }

@@ -84,6 +84,9 @@ pub(super) const OBSERVED_FRAMES: usize = 24;
 /// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
 /// rise of any object.
 pub(super) const OBSERVED_FRACTION: f64 = 0.1;
+/// Nearest Gaussians of a Gaussian, those that move, among which one of another object tells that the two
+/// objects touch: about as many as surround it on a surface.
+pub(super) const TOUCHING_NEIGHBORS: usize = 8;
 
 // Bodies in place of tracks
 

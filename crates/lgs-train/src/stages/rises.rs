@@ -1,0 +1,106 @@
+//! By how much training images would be worse if some of a source's Gaussians moved otherwise than they do.
+
+use glam::{DMat3, DQuat, DVec3};
+use lgs_core::GaussianCloud;
+use lgs_core::geometry::{components, fit_rotation, narrow, outer, wide};
+use lgs_core::linear::quat_mul;
+use lgs_data::dataset::Frame;
+use lgs_model::source::SourceModel;
+use lgs_render::{Splats, mse, rasterize};
+use rayon::prelude::*;
+
+use super::initial_pose::mean;
+use super::spread::spread_over_time;
+use super::thresholds::OBSERVED_FRAMES;
+
+/// Training frames, spread evenly over the window, that tell what is seen to move.
+#[derive(Clone)]
+pub(super) struct Witnesses<'a> {
+    frames: Vec<&'a Frame>,
+    /// Colour behind the Gaussians.
+    background: [f32; 3],
+}
+
+/// A rotation and a shift of points since t = 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RigidMotion {
+    rotation: DQuat,
+    shift: DVec3,
+}
+
+/// Gaussians that move by rigid motions from where they are at t = 0.
+pub(super) struct Otherwise {
+    pub(super) members: Vec<usize>,
+    /// By witness; at rest without.
+    pub(super) motions: Option<Vec<RigidMotion>>,
+}
+
+impl RigidMotion {
+    /// The motion that explains the places of some points now best, given those at t = 0.
+    pub(super) fn between(start: &[[f32; 3]], now: &[[f32; 3]]) -> Self {
+        let (from, to) = (wide(mean(start)), wide(mean(now)));
+        let moment: DMat3 = start.iter().zip(now).map(|(&a, &b)| outer(wide(b) - to, wide(a) - from)).sum();
+        let rotation = fit_rotation(&moment).rotation;
+        Self { rotation, shift: to - rotation * from }
+    }
+}
+
+impl<'a> Witnesses<'a> {
+    pub(super) fn new(frames: &'a [Frame], background: [f32; 3]) -> Self {
+        Self { frames: spread_over_time(frames, OBSERVED_FRAMES, [1, 2]), background }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Times of the witnesses.
+    pub(super) fn times(&self) -> impl Iterator<Item = f32> {
+        self.frames.iter().map(|frame| frame.time)
+    }
+
+    /// The fractions by which the error of the images rises, each if some Gaussians move otherwise.
+    pub(super) fn rises(&self, source: &dyn SourceModel, otherwise: &[Otherwise]) -> Vec<f64> {
+        let start = source.cloud_at(0.0);
+        let errors = |(witness, frame): (usize, &&Frame)| -> Vec<f64> {
+            let cloud = source.cloud_at(frame.time);
+            let moved =
+                otherwise.iter().map(|other| self.error(frame, &other.applied(witness, &cloud, &start)));
+            std::iter::once(self.error(frame, &cloud)).chain(moved).collect()
+        };
+        let errors: Vec<Vec<f64>> = self.frames.par_iter().enumerate().map(errors).collect();
+        let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
+        let own = total(0).max(f64::MIN_POSITIVE);
+        (1..=otherwise.len()).map(|column| total(column) / own - 1.0).collect()
+    }
+
+    /// Mean squared error of Gaussians in a frame.
+    fn error(&self, frame: &Frame, cloud: &GaussianCloud) -> f64 {
+        let mut image = frame.composited(self.background);
+        frame.leave_out(&mut image.pixels, self.background);
+        let drawn = rasterize(&Splats::from(cloud), &frame.camera, self.background);
+        let mut own = drawn.to_image();
+        frame.exposure.expose(&mut own.pixels, &drawn.transmittance, self.background);
+        frame.leave_out(&mut own.pixels, self.background);
+        mse(&own, &image)
+    }
+}
+
+impl Otherwise {
+    /// The Gaussians at the time of a witness, given those of the source then and at t = 0.
+    fn applied(&self, witness: usize, cloud: &GaussianCloud, start: &GaussianCloud) -> GaussianCloud {
+        let mut moved = cloud.clone();
+        let motion = self.motions.as_ref().map(|motions| motions[witness]);
+        let turn = motion.map(|motion| components(motion.rotation).map(|c| c as f32));
+        for &i in &self.members {
+            moved.means[i] = start.means[i];
+            moved.rotations[i] = start.rotations[i];
+            moved.log_scales[i] = start.log_scales[i];
+            if let (Some(RigidMotion { rotation, shift }), Some(turn)) = (motion, turn) {
+                moved.means[i] = narrow(rotation * wide(start.means[i]) + shift);
+                moved.rotations[i] = quat_mul(turn, start.rotations[i]);
+            }
+        }
+        moved
+    }
+}
