@@ -98,10 +98,14 @@ pub fn initialise_scene(
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
 }
 
-/// The objects that images show to move, and those that they show to move apart.
+/// The objects that images show to move, those put together that they do not show to move apart; all of them
+/// without images, or where every motion counts as seen.
 fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSceneRequest<'_>) -> Partition {
     let witnesses = Witnesses::new(request.frames, request.background);
     let tolerance = f64::from(request.partition.unseen_motion);
+    if witnesses.is_empty() || tolerance <= 0.0 {
+        return found;
+    }
     let rises = rises_at_rest(source, &found, &witnesses);
     let mut seen = observed_to_move(&rises, tolerance);
     // What silhouettes have found to fly is seen to move, by itself.

@@ -23,7 +23,7 @@ pub(super) fn joined(
     tolerance: f64,
 ) -> Partition {
     let pairs = touching(source, &partition);
-    if pairs.is_empty() || tolerance <= 0.0 || witnesses.is_empty() {
+    if pairs.is_empty() {
         return partition;
     }
     let start = source.positions_at(0.0);
@@ -59,4 +59,56 @@ fn touching(source: &dyn SourceModel, partition: &Partition) -> BTreeSet<(usize,
         (a != b).then_some((a.max(b), a.min(b)))
     };
     near.iter().enumerate().filter_map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::observed_motion::rises_at_rest;
+    use lgs_core::linear::add;
+    use lgs_core::{Camera, Exposure, GaussianCloud};
+    use lgs_data::dataset::Frame;
+    use lgs_data::frames::FrameSequence;
+    use lgs_model::source::ImportedFrames;
+    use lgs_render::{Splats, rasterize};
+
+    /// A bar of four Gaussians, of which the last two slide by `apart` more than the others.
+    fn bar(apart: f32) -> ImportedFrames {
+        let means: Vec<[f32; 3]> = (0..4).map(|i| [0.2 * i as f32 - 0.3, 0.0, 0.0]).collect();
+        let gaussians = GaussianCloud::isotropic(means.clone(), 0.1, [0.1, 0.5, 0.2], 0.9);
+        let slid =
+            |(i, &mean): (usize, &[f32; 3])| add(mean, [0.0, 0.0, if i < 2 { 0.6 } else { 0.6 + apart }]);
+        ImportedFrames::new(FrameSequence {
+            times: vec![0.0, 1.0],
+            positions: vec![means.clone(), means.iter().enumerate().map(slid).collect()],
+            rotations: vec![gaussians.rotations.clone()],
+            gaussians,
+        })
+    }
+
+    /// What becomes of the halves of the bar as the source has it, where images show it to slide as a whole.
+    fn found(apart: f32, shown: &ImportedFrames) -> Partition {
+        let camera = Camera::look_at([0.0, -4.0, 0.0], [0.0; 3], 0.8, 48, 48);
+        let frame = |&time: &f32| {
+            let drawn = rasterize(&Splats::from(&shown.cloud_at(time)), &camera, [1.0; 3]).image;
+            // Not quite what the source draws.
+            let pixel = |(i, p): (usize, &[f32; 3])| {
+                [p[0] - 0.03 * (i % 7) as f32, p[1], p[2], 1.0].map(|v| (255.0 * v).round() as u8)
+            };
+            let pixels = drawn.iter().enumerate().flat_map(pixel).collect::<Vec<u8>>().into();
+            Frame { name: String::new(), camera_id: 0, camera, time, exposure: Exposure::IDENTITY, pixels }
+        };
+        let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
+        let witnesses = Witnesses::new(&frames, [1.0; 3]);
+        let (source, partition) = (bar(apart), Partition { object: vec![0, 0, 1, 1], objects: 2 });
+        let rises = rises_at_rest(&source, &partition, &witnesses);
+        joined(&source, partition, (&witnesses, &rises), 0.6)
+    }
+
+    #[test]
+    fn parts_that_no_image_shows_to_move_apart_are_one_object() {
+        assert_eq!(found(0.01, &bar(0.0)).objects, 1);
+        let apart = found(0.3, &bar(0.3));
+        assert_eq!((apart.objects, apart.object), (2, vec![0, 0, 1, 1]));
+    }
 }

@@ -26,12 +26,11 @@ pub(super) fn rises_at_rest(
 }
 
 /// For every object, whether images show it to move: whether its rest would raise their error by the fraction
-/// `tolerance` (0: everything counts as seen to move).
+/// `tolerance`.
 pub(super) fn observed_to_move(rises: &[f64], tolerance: f64) -> Vec<bool> {
     // Of a poor source little shows; then what shows most moves all the same.
     let most = rises.iter().copied().fold(0.0, f64::max);
-    let is_seen = |&rise: &f64| tolerance <= 0.0 || rise >= tolerance.min(OBSERVED_FRACTION * most);
-    rises.iter().map(is_seen).collect()
+    rises.iter().map(|&rise| rise >= tolerance.min(OBSERVED_FRACTION * most)).collect()
 }
 
 #[cfg(test)]
@@ -78,12 +77,11 @@ mod tests {
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
         let tolerance = f64::from(PartitionConfig::default().unseen_motion);
         let witnesses = Witnesses::new(&frames, [1.0; 3]);
-        let observed = |object: Vec<i32>, tolerance: f64| {
+        let observed = |object: Vec<i32>| {
             let objects = object.iter().filter(|&&object| object >= 0).count();
             observed_to_move(&rises_at_rest(&source, &Partition { object, objects }, &witnesses), tolerance)
         };
-        assert_eq!(observed(vec![0, 1], tolerance), [true, false]);
-        assert_eq!(observed(vec![-1, 0], tolerance), [true], "nothing shows more");
-        assert_eq!(observed(vec![0, 1], 0.0), [true, true], "everything counts");
+        assert_eq!(observed(vec![0, 1]), [true, false]);
+        assert_eq!(observed(vec![-1, 0]), [true], "nothing shows more");
     }
 }
