@@ -21,7 +21,7 @@ use super::recorded_bodies::{
     bodies_of, has_law, has_parts, recorded, with_poses_of_images, with_recorded_bodies,
 };
 use super::recorder::parts;
-use super::thresholds::ROUNDS_OF_HITS;
+use super::thresholds::{MOST_GIVEN_BACK, ROUNDS_OF_HITS};
 use crate::thresholds::MOST_BELOW_SOURCE;
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
@@ -62,10 +62,13 @@ pub(super) fn with_laws_of_images(
     let mut bodies = at_well_shown_times(bodies, &shown);
     let offers = offers(&scene, &mut bodies, choice, has_time_for);
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
-    offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene)));
+    offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene), 0.0));
     if choice.sought == Sought::All && has_time_for(LongSearch::Couples) {
         let found = couples(&best.scene, &bodies, choice);
-        found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene))));
+        // What has been gained by poses of each object, which follow the images in everything.
+        let gain = (before - best.error).max(0.0);
+        let slack = MOST_GIVEN_BACK * gain;
+        found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene)), slack));
     }
     (best.scene, decibels_between(best.error, before))
 }
@@ -168,12 +171,13 @@ struct Drawn<'a> {
 }
 
 impl Drawn<'_> {
-    /// Takes another scene in its place, if there is one that draws the frames about as well.
-    fn take_if_near(&mut self, other: Option<LagrangianScene>) {
+    /// Takes another scene in its place, if there is one that draws the frames about as well, or leaves at
+    /// most so much more of them.
+    fn take_if_near(&mut self, other: Option<LagrangianScene>, slack: f64) {
         let Some(other) = other else { return };
         let (error, after) = (self.error, squared_error_of(&other, self.frames));
         tracing::debug!(error, after, "images by the motion that the scene had, and by what they offer");
-        if decibels_between(error, after) <= MOST_BELOW_SOURCE {
+        if decibels_between(error, after) <= MOST_BELOW_SOURCE || after - error <= slack {
             (self.scene, self.error) = (other, after);
         }
     }
