@@ -8,7 +8,7 @@ use lgs_model::source::SourceModel;
 use super::Pipeline;
 use crate::checkpoint::Stage;
 use crate::error::TrainError;
-use crate::stages::{Fate, HeldToSource, SourceOfScene, WorseThanSource, held_to_source, load_rows};
+use crate::stages::{HeldToSource, Outcome, SourceOfScene, WorseThanSource, held_to_source, load_rows};
 use crate::thresholds::UNSETTLED;
 
 /// A scene whose laws have been chosen for tuned Gaussians.
@@ -20,15 +20,15 @@ pub(super) struct Settled {
 
 /// Warns of objects that draw the window too badly.
 pub(super) fn warn_of(worse: &[WorseThanSource]) {
-    for WorseThanSource { object, decibels, fate } in worse {
-        let fate = match fate {
-            Fate::GivesWay => "it plays the source's tracks there, and its law is not to be trusted",
-            Fate::IsDistrusted => "it is not to be trusted",
-            Fate::Stays => "so would the source's tracks: something else than motion changes how it looks",
+    for WorseThanSource { object, decibels, outcome } in worse {
+        let outcome = match outcome {
+            Outcome::GivesWay => "it plays the source's tracks there, and its law is not to be trusted",
+            Outcome::IsDistrusted => "it is not to be trusted",
+            Outcome::Stays => "so would the source's tracks: something else than motion changes how it looks",
         };
         tracing::warn!(
             "object {object}: its motion draws the captured window {decibels:.1} dB worse than the source \
-             does; {fate}"
+             does; {outcome}"
         );
     }
 }
@@ -43,7 +43,7 @@ impl Pipeline<'_> {
     ) -> Result<Settled, TrainError> {
         let (scene, gain) = self.with_laws_of_tuned_gaussians(scene)?;
         let held = self.held_to_source(scene, source)?;
-        let plays_tracks = held.worse.iter().any(|object| object.fate == Fate::GivesWay);
+        let plays_tracks = held.worse.iter().any(|object| object.outcome == Outcome::GivesWay);
         Ok(Settled { held, needs_retuning: plays_tracks || gain.abs() > UNSETTLED })
     }
 

@@ -58,12 +58,12 @@ pub struct WorseThanSource {
     /// Decibels by which it is worse.
     pub decibels: f64,
     /// What became of its motion.
-    pub fate: Fate,
+    pub outcome: Outcome,
 }
 
 /// What becomes of a motion that draws the window worse than the source does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
+pub enum Outcome {
     /// The source's tracks take its place in the window, as they draw it better; it is not to be trusted.
     GivesWay,
     /// It stays, and is not to be trusted: there are no tracks to compare it with.
@@ -115,15 +115,16 @@ pub fn held_to_source(mut scene: LagrangianScene, of: &SourceOfScene<'_>, frames
     let playing = with_tracks(&scene, &worse, of);
     let after = decibels_below(&playing, of, &frames);
     tracing::debug!(?after, "the same with the source's tracks");
-    let fate = |object: usize| match playing.objects[object].recording {
-        None => Fate::IsDistrusted,
-        Some(_) if after[object] < below[object] => Fate::GivesWay,
-        Some(_) => Fate::Stays,
+    let outcome = |object: usize| match playing.objects[object].recording {
+        None => Outcome::IsDistrusted,
+        Some(_) if after[object] < below[object] => Outcome::GivesWay,
+        Some(_) => Outcome::Stays,
     };
-    let told = |&object: &usize| WorseThanSource { object, decibels: below[object], fate: fate(object) };
+    let told =
+        |&object: &usize| WorseThanSource { object, decibels: below[object], outcome: outcome(object) };
     let worse: Vec<WorseThanSource> = worse.iter().map(told).collect();
-    worse.iter().for_each(|worse| lower(&mut scene.objects[worse.object], worse.fate));
-    let gives_way = |worse: &WorseThanSource| (worse.fate == Fate::GivesWay).then_some(worse.object);
+    worse.iter().for_each(|worse| lower(&mut scene.objects[worse.object], worse.outcome));
+    let gives_way = |worse: &WorseThanSource| (worse.outcome == Outcome::GivesWay).then_some(worse.object);
     let playing: Vec<usize> = worse.iter().filter_map(gives_way).collect();
     let scene = if playing.is_empty() { scene } else { with_tracks(&scene, &playing, of) };
     HeldToSource { scene, worse }
@@ -155,9 +156,9 @@ fn with_tracks(scene: &LagrangianScene, objects: &[usize], of: &SourceOfScene<'_
 }
 
 /// Says of an object's law that it explains less than it claims, or is not to be trusted at all.
-fn lower(object: &mut ObjectModel, fate: Fate) {
+fn lower(object: &mut ObjectModel, outcome: Outcome) {
     let Dynamics::Generalised(GeneralisedDynamics { known, .. }) = &mut object.dynamics else { return };
-    if fate != Fate::Stays {
+    if outcome != Outcome::Stays {
         known.verdict = Verdict::Outside;
         known.trusted = [0.0; 2];
         known.band = PositionBand::default();

@@ -21,11 +21,11 @@ use lgs_model::{
 };
 
 use super::continuation::{Known, carried_on};
+use super::counterfactual::ComparedFrames;
 use super::joined_objects::joined;
 use super::motion_options::MotionOptions;
 use super::observed_motion::{observed_to_move, rises_at_rest};
 use super::recorder::{Recorder, SourceTracks};
-use super::rises::Witnesses;
 use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
@@ -101,12 +101,12 @@ pub fn initialise_scene(
 /// The objects that images show to move, those put together that they do not show to move apart; all of them
 /// without images, or where every motion counts as seen.
 fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSceneRequest<'_>) -> Partition {
-    let witnesses = Witnesses::new(request.frames, request.background);
+    let frames = ComparedFrames::new(request.frames, request.background);
     let tolerance = f64::from(request.partition.unseen_motion);
-    if witnesses.is_empty() || tolerance <= 0.0 {
+    if frames.is_empty() || tolerance <= 0.0 {
         return found;
     }
-    let rises = rises_at_rest(source, &found, &witnesses);
+    let rises = rises_at_rest(source, &found, &frames);
     let mut seen = observed_to_move(&rises, tolerance);
     // What silhouettes have found to fly is seen to move, by itself.
     let things = source.carried();
@@ -119,7 +119,7 @@ fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSce
     }
     let rises: Vec<f64> =
         rises.into_iter().zip(seen).filter_map(|(rise, seen)| seen.then_some(rise)).collect();
-    joined(source, partition, (&witnesses, &rises), tolerance)
+    joined(source, partition, (&frames, &rises), tolerance)
 }
 
 /// Times at which the source is sampled: those of its frames, if these lie evenly apart and are enough for

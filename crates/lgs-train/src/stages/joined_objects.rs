@@ -10,16 +10,16 @@ use lgs_core::k_nearest;
 use lgs_distill::Partition;
 use lgs_model::source::SourceModel;
 
-use super::rises::{Otherwise, RigidMotion, Witnesses};
+use super::counterfactual::{ComparedFrames, RigidMotion, RigidlyMoved};
 use super::thresholds::{OBSERVED_FRACTION, TOUCHING_NEIGHBORS};
 
 /// The partition in which objects belong to one that they touch, where its motion in place of their own would
-/// raise the error of the witnesses by less than the fraction `tolerance`, and by far less than their rest
+/// raise the error of the frames by less than the fraction `tolerance`, and by far less than their rest
 /// does (`rises`).
 pub(super) fn joined(
     source: &dyn SourceModel,
     partition: Partition,
-    (witnesses, rises): (&Witnesses<'_>, &[f64]),
+    (frames, rises): (&ComparedFrames<'_>, &[f64]),
     tolerance: f64,
 ) -> Partition {
     let pairs = touching(source, &partition);
@@ -27,18 +27,18 @@ pub(super) fn joined(
         return partition;
     }
     let start = source.positions_at(0.0);
-    let now: Vec<Vec<[f32; 3]>> = witnesses.times().map(|time| source.positions_at(time)).collect();
+    let now: Vec<Vec<[f32; 3]>> = frames.times().map(|time| source.positions_at(time)).collect();
     let carried = |&(part, whole): &(usize, usize)| {
         let of_whole = partition.members(whole);
         let chosen = |places: &[[f32; 3]]| -> Vec<[f32; 3]> { of_whole.iter().map(|&i| places[i]).collect() };
         let from = chosen(&start);
         let motions = now.iter().map(|now| RigidMotion::between(&from, &chosen(now))).collect();
-        Otherwise { members: partition.members(part), motions: Some(motions) }
+        RigidlyMoved { members: partition.members(part), motions: Some(motions) }
     };
-    let carried: Vec<Otherwise> = pairs.iter().map(carried).collect();
+    let carried: Vec<RigidlyMoved> = pairs.iter().map(carried).collect();
     let allowed = rises.iter().map(|rise| tolerance.min(OBSERVED_FRACTION * rise));
     let mut belongs: Vec<(usize, f64)> = allowed.enumerate().collect();
-    for (&(part, whole), rise) in pairs.iter().zip(witnesses.rises(source, &carried)) {
+    for (&(part, whole), rise) in pairs.iter().zip(frames.rises(source, &carried)) {
         tracing::debug!(part, whole, rise, "error of the images if an object were carried by another one");
         if rise < belongs[part].1 {
             belongs[part] = (whole, rise);
@@ -99,10 +99,10 @@ mod tests {
             Frame { name: String::new(), camera_id: 0, camera, time, exposure: Exposure::IDENTITY, pixels }
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
-        let witnesses = Witnesses::new(&frames, [1.0; 3]);
+        let frames = ComparedFrames::new(&frames, [1.0; 3]);
         let (source, partition) = (bar(apart), Partition { object: vec![0, 0, 1, 1], objects: 2 });
-        let rises = rises_at_rest(&source, &partition, &witnesses);
-        joined(&source, partition, (&witnesses, &rises), 0.6)
+        let rises = rises_at_rest(&source, &partition, &frames);
+        joined(&source, partition, (&frames, &rises), 0.6)
     }
 
     #[test]

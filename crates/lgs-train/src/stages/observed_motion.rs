@@ -7,18 +7,18 @@
 use lgs_distill::Partition;
 use lgs_model::source::SourceModel;
 
-use super::rises::{Otherwise, Witnesses};
+use super::counterfactual::{ComparedFrames, RigidlyMoved};
 use super::thresholds::OBSERVED_FRACTION;
 
 /// For every object of a partition of the source's Gaussians, the fraction by which its rest would raise the
-/// error of the witnesses.
+/// error of the frames.
 pub(super) fn rises_at_rest(
     source: &dyn SourceModel,
     partition: &Partition,
-    witnesses: &Witnesses<'_>,
+    frames: &ComparedFrames<'_>,
 ) -> Vec<f64> {
-    let at_rest = |object| Otherwise { members: partition.members(object), motions: None };
-    let rises = witnesses.rises(source, &(0..partition.objects).map(at_rest).collect::<Vec<_>>());
+    let at_rest = |object| RigidlyMoved { members: partition.members(object), motions: None };
+    let rises = frames.rises(source, &(0..partition.objects).map(at_rest).collect::<Vec<_>>());
     for (object, rise) in rises.iter().enumerate() {
         tracing::debug!(object, rise, "error of the images if it were at rest");
     }
@@ -76,10 +76,10 @@ mod tests {
         };
         let frames: Vec<Frame> = [0.0, 0.5, 1.0].iter().map(frame).collect();
         let tolerance = f64::from(PartitionConfig::default().unseen_motion);
-        let witnesses = Witnesses::new(&frames, [1.0; 3]);
+        let frames = ComparedFrames::new(&frames, [1.0; 3]);
         let observed = |object: Vec<i32>| {
             let objects = object.iter().filter(|&&object| object >= 0).count();
-            observed_to_move(&rises_at_rest(&source, &Partition { object, objects }, &witnesses), tolerance)
+            observed_to_move(&rises_at_rest(&source, &Partition { object, objects }, &frames), tolerance)
         };
         assert_eq!(observed(vec![0, 1]), [true, false]);
         assert_eq!(observed(vec![-1, 0]), [true], "nothing shows more");

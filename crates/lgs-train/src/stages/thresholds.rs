@@ -82,7 +82,8 @@ pub(super) const WINDOW_TIMES: usize = 16;
 /// Training frames that are compared, spread evenly over the window.
 pub(super) const OBSERVED_FRAMES: usize = 24;
 /// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
-/// rise of any object.
+/// rise of any object, and to move by itself if the motion of another one raises it by at least this fraction
+/// of what its rest does.
 pub(super) const OBSERVED_FRACTION: f64 = 0.1;
 /// Nearest Gaussians of a Gaussian, those that move, among which one of another object tells that the two
 /// objects touch: about as many as surround it on a surface.

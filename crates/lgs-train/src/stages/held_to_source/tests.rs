@@ -58,7 +58,11 @@ fn a_law_that_images_contradict_gives_way_to_the_tracks_of_its_source() {
     let right = held(&sliding(), 0.6);
     assert!(right.worse.is_empty() && right.scene.objects[0].recording.is_none());
     let wrong = held(&sliding(), 0.2);
-    assert!(wrong.worse[0].decibels > 3.0 && wrong.worse[0].fate == Fate::GivesWay, "{:?}", wrong.worse);
+    assert!(
+        wrong.worse[0].decibels > 3.0 && wrong.worse[0].outcome == Outcome::GivesWay,
+        "{:?}",
+        wrong.worse
+    );
     let object = &wrong.scene.objects[0];
     let known = &object.dynamics.generalised().expect("a law").known;
     assert_eq!((known.verdict, known.trusted), (Verdict::Outside, [0.0; 2]));
@@ -73,7 +77,7 @@ fn what_no_motion_changes_is_not_held_against_a_law_but_not_explained_either() {
     let times = ShadingTimes { span: [0.0, 1.0], count: 2 };
     let darkening = ShadedSource::new(Box::new(sliding()), Shading::new(times, vec![0.0, -2.0]));
     let held = held(&darkening, 0.6);
-    assert!(held.worse[0].decibels > 3.0 && held.worse[0].fate == Fate::Stays, "{:?}", held.worse);
+    assert!(held.worse[0].decibels > 3.0 && held.worse[0].outcome == Outcome::Stays, "{:?}", held.worse);
     let object = &held.scene.objects[0];
     let known = &object.dynamics.generalised().expect("a law").known;
     assert_eq!((known.verdict, known.trusted), (Verdict::Described, [-1.0, 3.0]));

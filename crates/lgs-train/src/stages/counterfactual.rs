@@ -14,8 +14,7 @@ use super::spread::spread_over_time;
 use super::thresholds::OBSERVED_FRAMES;
 
 /// Training frames, spread evenly over the window, that tell what is seen to move.
-#[derive(Clone)]
-pub(super) struct Witnesses<'a> {
+pub(super) struct ComparedFrames<'a> {
     frames: Vec<&'a Frame>,
     /// Colour behind the Gaussians.
     background: [f32; 3],
@@ -29,9 +28,9 @@ pub(super) struct RigidMotion {
 }
 
 /// Gaussians that move by rigid motions from where they are at t = 0.
-pub(super) struct Otherwise {
+pub(super) struct RigidlyMoved {
     pub(super) members: Vec<usize>,
-    /// By witness; at rest without.
+    /// By frame; at rest without.
     pub(super) motions: Option<Vec<RigidMotion>>,
 }
 
@@ -45,7 +44,7 @@ impl RigidMotion {
     }
 }
 
-impl<'a> Witnesses<'a> {
+impl<'a> ComparedFrames<'a> {
     pub(super) fn new(frames: &'a [Frame], background: [f32; 3]) -> Self {
         Self { frames: spread_over_time(frames, OBSERVED_FRAMES, [1, 2]), background }
     }
@@ -54,18 +53,18 @@ impl<'a> Witnesses<'a> {
         self.frames.is_empty()
     }
 
-    /// Times of the witnesses.
+    /// Times of the frames.
     pub(super) fn times(&self) -> impl Iterator<Item = f32> {
         self.frames.iter().map(|frame| frame.time)
     }
 
     /// The fractions by which the error of the images rises, each if some Gaussians move otherwise.
-    pub(super) fn rises(&self, source: &dyn SourceModel, otherwise: &[Otherwise]) -> Vec<f64> {
+    pub(super) fn rises(&self, source: &dyn SourceModel, otherwise: &[RigidlyMoved]) -> Vec<f64> {
         let start = source.cloud_at(0.0);
-        let errors = |(witness, frame): (usize, &&Frame)| -> Vec<f64> {
+        let errors = |(index, frame): (usize, &&Frame)| -> Vec<f64> {
             let cloud = source.cloud_at(frame.time);
             let moved =
-                otherwise.iter().map(|other| self.error(frame, &other.applied(witness, &cloud, &start)));
+                otherwise.iter().map(|other| self.error(frame, &other.applied(index, &cloud, &start)));
             std::iter::once(self.error(frame, &cloud)).chain(moved).collect()
         };
         let errors: Vec<Vec<f64>> = self.frames.par_iter().enumerate().map(errors).collect();
@@ -86,11 +85,11 @@ impl<'a> Witnesses<'a> {
     }
 }
 
-impl Otherwise {
-    /// The Gaussians at the time of a witness, given those of the source then and at t = 0.
-    fn applied(&self, witness: usize, cloud: &GaussianCloud, start: &GaussianCloud) -> GaussianCloud {
+impl RigidlyMoved {
+    /// The Gaussians at the time of a frame, given those of the source then and at t = 0.
+    fn applied(&self, index: usize, cloud: &GaussianCloud, start: &GaussianCloud) -> GaussianCloud {
         let mut moved = cloud.clone();
-        let motion = self.motions.as_ref().map(|motions| motions[witness]);
+        let motion = self.motions.as_ref().map(|motions| motions[index]);
         let turn = motion.map(|motion| components(motion.rotation).map(|c| c as f32));
         for &i in &self.members {
             moved.means[i] = start.means[i];
