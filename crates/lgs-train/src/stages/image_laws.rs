@@ -36,9 +36,7 @@ pub(super) fn with_laws_of_images(
     has_time_for: HasTime<'_>,
 ) -> (LagrangianScene, f64) {
     let config = choice.config;
-    let mut times: Vec<f32> = frames.iter().map(|frame| frame.time).filter(|&time| time >= 0.0).collect();
-    times.sort_by(f32::total_cmp);
-    times.dedup();
+    let times = times_in_window(frames);
     if times.first() != Some(&0.0) || !config.chooses_laws() {
         return (scene, 0.0);
     }
@@ -64,13 +62,20 @@ pub(super) fn with_laws_of_images(
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene), 0.0));
     if choice.sought == Sought::All && has_time_for(LongSearch::Couples) {
+        // Poses of each object follow the images in everything.
+        let slack = MOST_GIVEN_BACK * (before - best.error).max(0.0);
         let found = couples(&best.scene, &bodies, choice);
-        // What has been gained by poses of each object, which follow the images in everything.
-        let gain = (before - best.error).max(0.0);
-        let slack = MOST_GIVEN_BACK * gain;
         found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene)), slack));
     }
     (best.scene, decibels_between(best.error, before))
+}
+
+/// The distinct times of frames since t = 0, ascending.
+fn times_in_window(frames: &[&Frame]) -> Vec<f32> {
+    let mut times: Vec<f32> = frames.iter().map(|frame| frame.time).filter(|&time| time >= 0.0).collect();
+    times.sort_by(f32::total_cmp);
+    times.dedup();
+    times
 }
 
 /// The bodies of objects at the times at which images show them well, given by index for every object.

@@ -95,7 +95,8 @@ pub(super) const TOUCHING_NEIGHBORS: usize = 8;
 /// tracks explain it: what tuning the Gaussians to the body gives back.
 pub(super) const MOST_UNEXPLAINED_BY_BODY: f64 = 0.05;
 /// Part of what images gain by the poses or laws of single objects, over the motion before, that a likelier
-/// law of two of them may give back: its start is fitted to the images afterwards, and the Gaussians are tuned.
+/// law of two of them may give back: its start is fitted to the images afterwards, and the Gaussians are
+/// tuned.
 pub(super) const MOST_GIVEN_BACK: f64 = 0.05;
 /// What a body that deforms leaves of its tracks, over what a rigid one leaves, below which it deforms.
 pub(super) const MOST_LEFT_IF_DEFORMING: f64 = 0.5;
