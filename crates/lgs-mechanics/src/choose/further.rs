@@ -3,7 +3,7 @@
 use super::{Choice, Effort, Judged, among, choose, judge, simplicity};
 use crate::candidate::Candidate;
 use crate::fit::{Track, regressions};
-use crate::terms::{Scales, Term};
+use crate::terms::Scales;
 use crate::thresholds::{NEARLY_PROMISING_LEFT, PROMISING, PROMISING_LEFT};
 use rayon::prelude::*;
 
@@ -44,19 +44,14 @@ pub fn choose_further(
 /// one of these and one more, and the promising ones; along an axis, where fits take little time, also all
 /// that have at most one unknown more than the one with the fewest.
 fn rivals(choice: &Choice, (list, further): (&[Candidate], &[Candidate]), promising: &[usize]) -> Vec<usize> {
-    let explaining: Vec<&[Term]> = choice
-        .judged
-        .iter()
-        .filter(|judged| choice.explains(judged))
-        .map(|judged| list[judged.index].terms.as_slice())
-        .collect();
+    let explaining = choice.judged.iter().filter(|judged| choice.explains(judged));
+    let explaining: Vec<&Candidate> = explaining.map(|judged| &list[judged.index]).collect();
     let is_longer = |other: &Candidate| {
-        explaining.iter().any(|terms| {
+        explaining.iter().any(|Candidate { terms, .. }| {
             other.terms.len() == terms.len() + 1 && terms.iter().all(|term| other.terms.contains(term))
         })
     };
-    let fewest = choice.judged.iter().filter(|judged| choice.explains(judged));
-    let fewest = fewest.map(|judged| list[judged.index].unknown_count()).min().unwrap_or(0);
+    let fewest = explaining.iter().map(|candidate| candidate.unknown_count()).min().unwrap_or(0);
     let is_near =
         |other: &Candidate| other.coordinates.freedoms() == 1 && other.unknown_count() <= fewest + 1;
     let is_rival = |i: &usize| promising.contains(i) || is_longer(&further[*i]) || is_near(&further[*i]);
@@ -80,4 +75,38 @@ fn promising(list: &[Candidate], track: &Track, scales: &Scales) -> Vec<usize> {
     });
     order.truncate(PROMISING);
     order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{candidates, further_candidates};
+    use super::*;
+    use crate::coordinates::{Coordinates, Hinge, Port, State};
+    use crate::edit::Edit;
+    use crate::system::System;
+    use crate::terms::Term;
+    use crate::testing::normal;
+
+    #[test]
+    fn along_an_axis_laws_of_one_unknown_more_are_rivals_whatever_their_terms() {
+        let hinge = Coordinates::Hinge(Hinge { axis: [1.0, 0.0, 0.0], pivot: [0.0; 3] });
+        let terms =
+            ["fourier", "quadratic-drag"].map(|name| Term::named(name, Port::Whole).unwrap()).to_vec();
+        let law = Candidate::new(hinge.clone(), terms).unwrap().law(vec![2.0, 14.0, 0.6], 0.01).unwrap();
+        let times: Vec<f64> = (0..46).map(|k| f64::from(k) / 60.0).collect();
+        let start = State { x: vec![0.9], v: vec![-4.0] };
+        let mut stream = lgs_core::stream(5, "rivals", 0);
+        let states = System::new(&law, Edit::NONE).states(&start, &times).unwrap();
+        let x: Vec<Vec<f64>> = states.iter().map(|s| vec![s.x[0] + 0.0005 * normal(&mut stream)]).collect();
+        let track = Track::new(&hinge, &times, &x);
+        let (list, further) = (candidates(&hinge), further_candidates(&hinge));
+        let choice = choose(&list, &track, &track.scales(&hinge)).unwrap();
+        let names = |candidate: &Candidate| -> Vec<&str> {
+            candidate.terms.iter().map(|term| term.kind.name()).collect()
+        };
+        let found = rivals(&choice, (&list, &further), &[]);
+        let is_rival = |wanted: &[&str]| found.iter().any(|&i| names(&further[i]) == wanted);
+        assert!(is_rival(&["fourier", "constant-drive", "linear-drag"]));
+        assert!(!is_rival(&["fourier-two", "constant-drive", "linear-drag"]), "two unknowns more");
+    }
 }

@@ -1,9 +1,9 @@
 //! By how much training images would be worse if some of a source's Gaussians moved otherwise than they do.
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::GaussianCloud;
 use lgs_core::geometry::{components, fit_rotation, narrow, outer, wide};
 use lgs_core::linear::quat_mul;
+use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
 use lgs_model::source::SourceModel;
 use lgs_render::{Splats, mse, rasterize};
@@ -30,11 +30,14 @@ pub(super) struct RigidMotion {
 /// Gaussians that move by rigid motions from where they are at t = 0.
 pub(super) struct RigidlyMoved {
     pub(super) members: Vec<usize>,
-    /// By frame; at rest without.
-    pub(super) motions: Option<Vec<RigidMotion>>,
+    /// By frame.
+    pub(super) motions: Vec<RigidMotion>,
 }
 
 impl RigidMotion {
+    /// No motion at all.
+    pub(super) const REST: Self = Self { rotation: DQuat::IDENTITY, shift: DVec3::ZERO };
+
     /// The motion that explains the places of some points now best, given those at t = 0.
     pub(super) fn between(start: &[[f32; 3]], now: &[[f32; 3]]) -> Self {
         let (from, to) = (wide(mean(start)), wide(mean(now)));
@@ -49,8 +52,8 @@ impl<'a> ComparedFrames<'a> {
         Self { frames: spread_over_time(frames, OBSERVED_FRAMES, [1, 2]), background }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.frames.is_empty()
+    pub(super) fn len(&self) -> usize {
+        self.frames.len()
     }
 
     /// Times of the frames.
@@ -62,10 +65,10 @@ impl<'a> ComparedFrames<'a> {
     pub(super) fn rises(&self, source: &dyn SourceModel, otherwise: &[RigidlyMoved]) -> Vec<f64> {
         let start = source.cloud_at(0.0);
         let errors = |(index, frame): (usize, &&Frame)| -> Vec<f64> {
-            let cloud = source.cloud_at(frame.time);
-            let moved =
-                otherwise.iter().map(|other| self.error(frame, &other.applied(index, &cloud, &start)));
-            std::iter::once(self.error(frame, &cloud)).chain(moved).collect()
+            let (truth, cloud) = (self.truth(frame), source.cloud_at(frame.time));
+            let error = |cloud: &GaussianCloud| self.error(frame, &truth, cloud);
+            let moved = otherwise.iter().map(|other| error(&other.applied(index, &cloud, &start)));
+            std::iter::once(error(&cloud)).chain(moved).collect()
         };
         let errors: Vec<Vec<f64>> = self.frames.par_iter().enumerate().map(errors).collect();
         let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
@@ -73,15 +76,20 @@ impl<'a> ComparedFrames<'a> {
         (1..=otherwise.len()).map(|column| total(column) / own - 1.0).collect()
     }
 
+    /// The image of a frame, without what its mask leaves out.
+    fn truth(&self, frame: &Frame) -> Image {
+        let mut truth = frame.composited(self.background);
+        frame.leave_out(&mut truth.pixels, self.background);
+        truth
+    }
+
     /// Mean squared error of Gaussians in a frame.
-    fn error(&self, frame: &Frame, cloud: &GaussianCloud) -> f64 {
-        let mut image = frame.composited(self.background);
-        frame.leave_out(&mut image.pixels, self.background);
+    fn error(&self, frame: &Frame, truth: &Image, cloud: &GaussianCloud) -> f64 {
         let drawn = rasterize(&Splats::from(cloud), &frame.camera, self.background);
         let mut own = drawn.to_image();
         frame.exposure.expose(&mut own.pixels, &drawn.transmittance, self.background);
         frame.leave_out(&mut own.pixels, self.background);
-        mse(&own, &image)
+        mse(&own, truth)
     }
 }
 
@@ -89,16 +97,12 @@ impl RigidlyMoved {
     /// The Gaussians at the time of a frame, given those of the source then and at t = 0.
     fn applied(&self, index: usize, cloud: &GaussianCloud, start: &GaussianCloud) -> GaussianCloud {
         let mut moved = cloud.clone();
-        let motion = self.motions.as_ref().map(|motions| motions[index]);
-        let turn = motion.map(|motion| components(motion.rotation).map(|c| c as f32));
+        let RigidMotion { rotation, shift } = self.motions[index];
+        let turn = components(rotation).map(|c| c as f32);
         for &i in &self.members {
-            moved.means[i] = start.means[i];
-            moved.rotations[i] = start.rotations[i];
+            moved.means[i] = narrow(rotation * wide(start.means[i]) + shift);
+            moved.rotations[i] = quat_mul(turn, start.rotations[i]);
             moved.log_scales[i] = start.log_scales[i];
-            if let (Some(RigidMotion { rotation, shift }), Some(turn)) = (motion, turn) {
-                moved.means[i] = narrow(rotation * wide(start.means[i]) + shift);
-                moved.rotations[i] = quat_mul(turn, start.rotations[i]);
-            }
         }
         moved
     }

@@ -46,12 +46,14 @@ pub(super) fn changes_by_differences(
     background: [f32; 3],
 ) -> Vec<ImageTangent> {
     let reached = drawn.part_reached_by(body.rows.clone());
-    let across = (reached.columns.len() + reached.rows.len()) as f64;
-    let margin = 2 + (2.0 * DISPLACEMENT_PROBE * across) as usize;
-    let part = reached.widened(margin, [drawn.width as usize, drawn.height as usize]);
     if reached.pixels() == 0 {
         return Vec::new();
     }
+    // A probe moves no pixel by more than this part of the distances within the body, twice over where the
+    // body comes nearer, and rounding by less than a pixel on each side.
+    let across = (reached.columns.len() + reached.rows.len()) as f64;
+    let margin = 2 + (2.0 * DISPLACEMENT_PROBE * across) as usize;
+    let part = reached.widened(margin, [drawn.width as usize, drawn.height as usize]);
     let mut near = drawn.gaussians_in(&part);
     near.extend(body.rows.clone());
     near.sort_unstable();

@@ -103,7 +103,7 @@ pub fn initialise_scene(
 fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSceneRequest<'_>) -> Partition {
     let frames = ComparedFrames::new(request.frames, request.background);
     let tolerance = f64::from(request.partition.unseen_motion);
-    if frames.is_empty() || tolerance <= 0.0 {
+    if frames.len() == 0 || tolerance <= 0.0 {
         return found;
     }
     let rises = rises_at_rest(source, &found, &frames);

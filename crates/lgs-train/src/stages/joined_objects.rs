@@ -22,18 +22,18 @@ pub(super) fn joined(
     (frames, rises): (&ComparedFrames<'_>, &[f64]),
     tolerance: f64,
 ) -> Partition {
-    let pairs = touching(source, &partition);
+    let start = source.positions_at(0.0);
+    let pairs = touching(&start, &partition);
     if pairs.is_empty() {
         return partition;
     }
-    let start = source.positions_at(0.0);
     let now: Vec<Vec<[f32; 3]>> = frames.times().map(|time| source.positions_at(time)).collect();
     let carried = |&(part, whole): &(usize, usize)| {
         let of_whole = partition.members(whole);
         let chosen = |places: &[[f32; 3]]| -> Vec<[f32; 3]> { of_whole.iter().map(|&i| places[i]).collect() };
         let from = chosen(&start);
         let motions = now.iter().map(|now| RigidMotion::between(&from, &chosen(now))).collect();
-        RigidlyMoved { members: partition.members(part), motions: Some(motions) }
+        RigidlyMoved { members: partition.members(part), motions }
     };
     let carried: Vec<RigidlyMoved> = pairs.iter().map(carried).collect();
     let allowed = rises.iter().map(|rise| tolerance.min(OBSERVED_FRACTION * rise));
@@ -49,8 +49,7 @@ pub(super) fn joined(
 
 /// Pairs of a smaller object and a larger one that touch at t = 0: one has a Gaussian among the nearest ones
 /// of a Gaussian of the other.
-fn touching(source: &dyn SourceModel, partition: &Partition) -> BTreeSet<(usize, usize)> {
-    let start = source.positions_at(0.0);
+fn touching(start: &[[f32; 3]], partition: &Partition) -> BTreeSet<(usize, usize)> {
     let moving: Vec<usize> = (0..start.len()).filter(|&i| partition.object[i] >= 0).collect();
     let (near, row) = k_nearest(&moving.iter().map(|&i| start[i]).collect::<Vec<_>>(), TOUCHING_NEIGHBORS);
     let object = |at: usize| partition.object[moving[at]] as usize;

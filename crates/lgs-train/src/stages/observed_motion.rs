@@ -7,7 +7,7 @@
 use lgs_distill::Partition;
 use lgs_model::source::SourceModel;
 
-use super::counterfactual::{ComparedFrames, RigidlyMoved};
+use super::counterfactual::{ComparedFrames, RigidMotion, RigidlyMoved};
 use super::thresholds::OBSERVED_FRACTION;
 
 /// For every object of a partition of the source's Gaussians, the fraction by which its rest would raise the
@@ -17,7 +17,10 @@ pub(super) fn rises_at_rest(
     partition: &Partition,
     frames: &ComparedFrames<'_>,
 ) -> Vec<f64> {
-    let at_rest = |object| RigidlyMoved { members: partition.members(object), motions: None };
+    let at_rest = |object| {
+        let motions = vec![RigidMotion::REST; frames.len()];
+        RigidlyMoved { members: partition.members(object), motions }
+    };
     let rises = frames.rises(source, &(0..partition.objects).map(at_rest).collect::<Vec<_>>());
     for (object, rise) in rises.iter().enumerate() {
         tracing::debug!(object, rise, "error of the images if it were at rest");
