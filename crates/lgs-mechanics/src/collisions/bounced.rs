@@ -209,13 +209,16 @@ impl Bounced {
         Ok((verdict, trusted))
     }
 
-    /// Law and start after a change of all unknowns.
+    /// Law and start after a change of all unknowns, with values beyond their bounds moved to these.
     fn drawn(&self, change: &DVector<f64>) -> (Law, State) {
         let n = self.start.v.len();
         let x = self.law.coordinates.retract(&self.start.x, &change.as_slice()[..n]);
         let v = self.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
         let mut law = self.law.clone();
-        law.parameters.iter_mut().enumerate().for_each(|(i, p)| *p += change[2 * n + i]);
+        for (i, (parameter, _)) in law.table().iter().enumerate() {
+            let [lower, upper] = parameter.absolute_bounds();
+            law.parameters[i] = (law.parameters[i] + change[2 * n + i]).clamp(lower, upper);
+        }
         let impulses = change.as_slice()[2 * n + law.parameters.len()..].chunks_exact(1 + n);
         if law.contact.is_none() {
             law.events.iter_mut().zip(impulses).for_each(|(event, change)| {
@@ -235,6 +238,11 @@ impl Bounced {
     fn since(&self, times: &[f64]) -> Vec<f64> {
         times.iter().map(|time| time - self.window[0]).collect()
     }
+}
+
+/// The motion with the best evidence.
+pub(super) fn likeliest(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
+    found.min_by(|a, b| a.evidence().total_cmp(&b.evidence()))
 }
 
 /// Standard deviations of the tilts and of the shift of a plane at rest that a body has not met.

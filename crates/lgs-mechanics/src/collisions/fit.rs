@@ -1,7 +1,7 @@
 //! Fits through impacts: a law from the flights, then start, law and contact together.
 
 use super::body::{Body, Observed};
-use super::bounced::Bounced;
+use super::bounced::{Bounced, likeliest};
 use super::bouncing::Bouncing;
 use super::flights::{flights, nested_impacts};
 use super::freedom::{Freedom, Hypothesis};
@@ -116,11 +116,6 @@ fn first_peak(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
         best = Some(next);
     }
     best
-}
-
-/// The motion with the best evidence.
-fn likeliest(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
-    found.min_by(|a, b| a.evidence().total_cmp(&b.evidence()))
 }
 
 /// The law with a contact on a plane at rest, if the body comes from above it and meets it.

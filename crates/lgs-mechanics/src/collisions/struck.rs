@@ -4,7 +4,7 @@
 //! in a direction that no plane explains. Its law is that of its flights; the impulses are given by time.
 
 use super::body::Observed;
-use super::bounced::Bounced;
+use super::bounced::{Bounced, likeliest};
 use super::flights::flights;
 use super::laws::{FlightLaw, FlightLaws};
 use super::samples::{Later, Samples};
@@ -32,9 +32,19 @@ pub(super) fn through_impulses(
 }
 
 /// The motion through hits of which other bodies tell, by their times: those that this one shows, which may
-/// have been near without being hit.
+/// have been near without being hit. Where no law goes through all of them, the likeliest motion through all
+/// but one: the others may be mistaken.
 pub(super) fn through_hits(seen: &Observed, laws: &FlightLaws<'_>, times: &[f64]) -> Option<Bounced> {
-    let mut hits: Vec<Impact> = times.iter().map(|&time| Impact { time, change: Vec::new() }).collect();
+    let hits: Vec<Impact> = times.iter().map(|&time| Impact { time, change: Vec::new() }).collect();
+    let without = |left_out: usize| {
+        let others = hits.iter().enumerate().filter(|(index, _)| *index != left_out);
+        through_certain(seen, laws, others.map(|(_, hit)| hit.clone()).collect())
+    };
+    through_certain(seen, laws, hits.clone()).or_else(|| likeliest((0..hits.len()).filter_map(without)))
+}
+
+/// The motion through those of some hits that are certain; `None` where no law goes through all of them.
+fn through_certain(seen: &Observed, laws: &FlightLaws<'_>, mut hits: Vec<Impact>) -> Option<Bounced> {
     while !hits.is_empty() {
         let parts = flights(seen.times, &hits, &vec![false; seen.times.len()]);
         let (found, are_certain) = between(seen, (&parts, laws.of_all(&parts)?), &hits)?;

@@ -139,8 +139,8 @@ fn with_hits(
 ) -> Vec<Offer> {
     for _ in 0..ROUNDS_OF_HITS {
         let own = |object: usize| own_law(&scene.objects[object]).map(|own| &own.law);
-        let telling = |offer| Telling { shown: Offer::law_of_window(offer), own: own(offer.object) };
-        let laws: Vec<Telling<'_>> = offers.iter().map(telling).collect();
+        let laws = offers.iter().map(|o| Telling { shown: o.shown.as_ref(), own: own(o.object) });
+        let laws: Vec<Telling<'_>> = laws.collect();
         let told = hits_by_others(bodies, &laws);
         let found = through_hits(bodies, &told, offer);
         if found.iter().all(Option::is_none) {
@@ -162,7 +162,7 @@ fn through_hits(bodies: &mut [ObjectPoses], told: &[Told], offer: OfBodies<'_>) 
     let through = |(body, told): (&ObjectPoses, &Told)| {
         let obeys = |law: &Law| is_struck(law) && told.agree_with(law);
         let found = (!told.are_known).then(|| offer(body));
-        found.filter(|offer| offer.law_of_window().is_some_and(obeys))
+        found.filter(|offer| offer.shown.as_ref().is_some_and(obeys))
     };
     bodies.par_iter().zip(told).map(through).collect()
 }
@@ -191,7 +191,9 @@ impl Drawn<'_> {
 /// What the poses of an object's bodies offer it.
 struct Offer {
     object: usize,
-    /// A law of all the window.
+    /// The law of all the window that they show.
+    shown: Option<Law>,
+    /// The same, if it may take the place of what the object has.
     law: Option<DistilledLaw>,
     /// Laws of parts of it, where none explains all of it, with the poses themselves.
     parts: Option<(PartLaws, BodyPoses)>,
@@ -206,17 +208,18 @@ impl Offer {
     ) -> Self {
         let own = &scene.objects[object];
         let end = bodies.first().and_then(|body| body.times.last()).copied().unwrap_or_default();
+        let is_told = bodies.iter().any(|body| !body.hits.is_empty());
         let found = law_of_poses(bodies, config, seed);
         tracing::debug!(object, law = ?found.as_ref().map(|law| &law.law), "the law that images show");
-        // In the place of laws of parts one of all the window has to forecast.
-        let is_enough = |law: &DistilledLaw| !has_parts(own) || law.known.trusted[1] > end;
+        // In the place of laws of parts one of all the window has to forecast, or to go through hits of which
+        // others tell: it is trusted once these are a contact.
+        let is_enough = |law: &DistilledLaw| {
+            !has_parts(own) || law.known.trusted[1] > end || (is_told && is_struck(&law.law))
+        };
         let is_law =
             |law: &DistilledLaw| has_law(own) || (law.known.verdict != Verdict::Outside && is_enough(law));
-        Self { object, law: found.filter(is_law), parts: None }
-    }
-
-    fn law_of_window(&self) -> Option<&Law> {
-        self.law.as_ref().map(|law| &law.law)
+        let shown = found.as_ref().map(|found| found.law.clone());
+        Self { object, shown, law: found.filter(is_law), parts: None }
     }
 
     /// Laws of parts of the window in the place of one of all of it that is not trusted beyond it, where they
@@ -233,7 +236,7 @@ impl Offer {
         let end = body.times.last().copied().unwrap_or_default();
         let is_trusted = known.is_some_and(|(_, known)| known.trusted[1] > end);
         // A law through hits of which others tell needs no parts.
-        let is_hit = !body.hits.is_empty() && self.law_of_window().is_some_and(is_struck);
+        let is_hit = !body.hits.is_empty() && self.law.as_ref().is_some_and(|law| is_struck(&law.law));
         if is_trusted || is_hit || has_parts(own) {
             return self;
         }

@@ -116,8 +116,8 @@ fn of_body(
     if let Some(impacted) = impacted.as_ref().filter(|found| found.is_sure()) {
         return through_impacts(impacted, &observed, motion, seed);
     }
-    // Of impacts that neither a plane at rest nor another body shows, a smooth law that describes is simpler.
-    let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= DESCRIBED);
+    // Of impacts that neither a plane at rest nor another body shows, a smooth law that explains is simpler.
+    let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= EXPLAINED);
     let is_told = !surroundings.hits.is_empty();
     let is_admitted = |found: &Impacted| is_told || !is_described || found.is_on_observed_plane();
     let admitted = impacted.as_ref().filter(|found| is_admitted(found));
