@@ -25,6 +25,14 @@ pub struct Body {
     pub hits: Vec<f64>,
 }
 
+impl Body {
+    /// The same, which moves freely between impacts.
+    pub(super) fn moving_freely(&self) -> Self {
+        let free = |laws: &[Candidate]| laws.iter().filter(|law| law.terms.is_empty()).cloned().collect();
+        Self { centers: free(&self.centers), spins: free(&self.spins), ..self.clone() }
+    }
+}
+
 /// Configurations of a body at ascending times.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed<'a> {

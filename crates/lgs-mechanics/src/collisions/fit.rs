@@ -81,9 +81,15 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         found.law.contact.as_ref().is_none_or(|contact| !contact.planes().zip(&found.about).any(against))
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
-    let struck = first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, &laws, set)));
     let contact = likeliest(met.chain(told));
-    let mut found = match through_hits(seen, &laws, &body.hits) {
+    // A term may follow what flights with starts of their own leave, and be none once they are one motion.
+    let free = body.moving_freely();
+    let laws = [&laws, &FlightLaws::new(&free, seen, DESCRIBED)];
+    let through_sets =
+        |laws| first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, laws, set)));
+    let struck = likeliest(laws.into_iter().filter_map(through_sets));
+    let hit = likeliest(laws.into_iter().filter_map(|laws| through_hits(seen, laws, &body.hits)));
+    let mut found = match hit {
         Some(hit) => likeliest([Some(hit), contact, struck].into_iter().flatten())?,
         None => before_impulses(contact, struck)?,
     };

@@ -117,9 +117,9 @@ fn of_body(
         return through_impacts(impacted, &observed, motion, seed);
     }
     // Of impacts that neither a plane at rest nor another body shows, a smooth law that explains is simpler.
-    let is_described = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= EXPLAINED);
+    let is_explained = chosen.as_ref().is_some_and(|smooth| smooth.chi_square() <= EXPLAINED);
     let is_told = !surroundings.hits.is_empty();
-    let is_admitted = |found: &Impacted| is_told || !is_described || found.is_on_observed_plane();
+    let is_admitted = |found: &Impacted| is_told || !is_explained || found.is_on_observed_plane();
     let admitted = impacted.as_ref().filter(|found| is_admitted(found));
     if let Some((impacted, lead)) =
         admitted.and_then(|found| Some((found, found.lead(chosen.as_ref(), &observed)?)))
