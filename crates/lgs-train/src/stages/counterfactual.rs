@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::initial_pose::mean;
 use super::spread::spread_over_time;
-use super::thresholds::OBSERVED_FRAMES;
+use super::thresholds::{OBSERVED_FRAMES, PARTS_OF_FRAMES};
 
 /// Training frames, spread evenly over the window, that tell what is seen to move.
 pub(super) struct ComparedFrames<'a> {
@@ -61,7 +61,8 @@ impl<'a> ComparedFrames<'a> {
         self.frames.iter().map(|frame| frame.time)
     }
 
-    /// The fractions by which the error of the images rises, each if some Gaussians move otherwise.
+    /// The fractions by which the error of the images rises, each if some Gaussians move otherwise: in that
+    /// part of the window where it rises most.
     pub(super) fn rises(&self, source: &dyn SourceModel, otherwise: &[RigidlyMoved]) -> Vec<f64> {
         let start = source.cloud_at(0.0);
         let errors = |(index, frame): (usize, &&Frame)| -> Vec<f64> {
@@ -71,9 +72,7 @@ impl<'a> ComparedFrames<'a> {
             std::iter::once(error(&cloud)).chain(moved).collect()
         };
         let errors: Vec<Vec<f64>> = self.frames.par_iter().enumerate().map(errors).collect();
-        let total = |column: usize| errors.iter().map(|row| row[column]).sum::<f64>();
-        let own = total(0).max(f64::MIN_POSITIVE);
-        (1..=otherwise.len()).map(|column| total(column) / own - 1.0).collect()
+        (1..=otherwise.len()).map(|column| largest_rise(&errors, column)).collect()
     }
 
     /// The image of a frame, without what its mask leaves out.
@@ -93,6 +92,19 @@ impl<'a> ComparedFrames<'a> {
     }
 }
 
+/// The largest of the fractions by which a column of frames in order of time exceeds the first one in parts of
+/// them: what moves late, or for a moment, is seen to. Where the first one is below its mean over all frames,
+/// the excess is a fraction of that.
+fn largest_rise(errors: &[Vec<f64>], column: usize) -> f64 {
+    let mean = |frames: &[Vec<f64>], column: usize| {
+        frames.iter().map(|row| row[column]).sum::<f64>() / frames.len().max(1) as f64
+    };
+    let usual = mean(errors, 0).max(f64::MIN_POSITIVE);
+    let rise = |part: &[Vec<f64>]| (mean(part, column) - mean(part, 0)) / mean(part, 0).max(usual);
+    let parts = errors.chunks(errors.len().div_ceil(PARTS_OF_FRAMES).max(1));
+    parts.map(rise).reduce(f64::max).unwrap_or(0.0)
+}
+
 impl RigidlyMoved {
     /// The Gaussians at the time of a frame, given those of the source then and at t = 0.
     fn applied(&self, index: usize, cloud: &GaussianCloud, start: &GaussianCloud) -> GaussianCloud {
@@ -105,5 +117,23 @@ impl RigidlyMoved {
             moved.log_scales[i] = start.log_scales[i];
         }
         moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_in_a_part_of_the_frames_is_seen_to() {
+        let row = |k: usize| vec![1.0, 1.1, if k < 20 { 1.0 } else { 3.0 }, if k == 3 { 2.0 } else { 1.0 }];
+        let errors: Vec<Vec<f64>> = (0..24).map(row).collect();
+        let rises = [1, 2, 3].map(|column| largest_rise(&errors, column));
+        let near = |(a, b): (&f64, f64)| (a - b).abs() < 1e-12;
+        assert!(rises.iter().zip([0.1, 4.0 / 3.0, 1.0 / 6.0]).all(near), "{rises:?}");
+        // A part that is drawn far better than the others is no reason to call a little more much.
+        let errors: Vec<Vec<f64>> = (0..24).map(|k| vec![if k < 6 { 0.01 } else { 1.0 }; 2]).collect();
+        let more: Vec<Vec<f64>> = errors.iter().map(|row| vec![row[0], row[1] + 0.01]).collect();
+        assert!(largest_rise(&more, 1) < 0.02);
     }
 }
