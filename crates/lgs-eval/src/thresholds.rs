@@ -71,3 +71,6 @@ pub(crate) const INDEPENDENT: f64 = 1e-6;
 pub(crate) const RIGID: f64 = 1e-4;
 /// Part of what a rotation leaves of the points that a linear map may leave where the body is stretched.
 pub(crate) const AFFINE: f64 = 0.1;
+/// Part of an object's true points that have another one within the distance that counts as the gap between
+/// them: all but a few at the edges.
+pub(crate) const NEARLY_ALL: f64 = 0.95;

@@ -46,7 +46,7 @@ struct Matched {
 impl Matched {
     fn of(scene: &LagrangianScene, object: usize, truth: &Truth<'_>) -> Self {
         let rows = scene.objects[object].members.clone();
-        let points = truth.matches(&scene.dynamic_gaussians.means[rows.clone()]);
+        let points = truth.matches_of_object(&scene.dynamic_gaussians.means[rows.clone()]);
         Self { rows, points }
     }
 

@@ -16,5 +16,7 @@ pub mod trajectory;
 mod true_force;
 mod truth;
 
-pub(crate) use numbers::{centroid, distance, length, long_steps, mean, percentile, window_steps};
+pub(crate) use numbers::{
+    centroid, distance, length, long_steps, mean, most_common, percentile, window_steps,
+};
 pub use truth::Truth;

@@ -1,5 +1,7 @@
 //! Counts of steps, distances and means that several figures need.
 
+use std::collections::BTreeMap;
+
 use lgs_model::MotionConfig;
 
 use crate::thresholds::STEP_TOLERANCE;
@@ -40,6 +42,14 @@ pub(crate) fn percentile(mut values: Vec<f64>, p: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let rank = ((values.len() as f64 * p).ceil() as usize).clamp(1, values.len().max(1));
     values.get(rank - 1).copied()
+}
+
+pub(crate) fn most_common(labels: impl Iterator<Item = i32>) -> Option<i32> {
+    let mut counts: BTreeMap<i32, usize> = BTreeMap::new();
+    for label in labels {
+        *counts.entry(label).or_default() += 1;
+    }
+    counts.into_iter().max_by_key(|&(label, count)| (count, std::cmp::Reverse(label))).map(|(label, _)| label)
 }
 
 #[cfg(test)]

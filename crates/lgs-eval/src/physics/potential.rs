@@ -6,13 +6,11 @@
 //! even if its motion is right; for harmonic laws `net_error` says so. The constants of the truth are
 //! those of `scene.json`.
 
-use std::collections::BTreeMap;
-
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{inverse, outer, scalar, trace, wide};
 use lgs_model::{LagrangianScene, Motion, ObjectFields, ObjectModel};
 
-use super::{Truth, window_steps};
+use super::{Truth, most_common, window_steps};
 use crate::finite::finite;
 use crate::metrics::{ObjectPotential, PotentialAgainstTruth};
 
@@ -25,13 +23,8 @@ use crate::thresholds::{CURVATURE_RIDGE, STATE_STRIDE};
 pub fn true_labels(scene: &LagrangianScene, truth: &Truth<'_>) -> Vec<Option<i32>> {
     let nearest = truth.matches(&scene.dynamic_gaussians.means);
     let label_of = |object: &ObjectModel| {
-        let mut votes: BTreeMap<i32, usize> = BTreeMap::new();
-        nearest[object.members.clone()].iter().for_each(|&p| *votes.entry(truth.object(p)).or_default() += 1);
-        votes
-            .into_iter()
-            .max_by_key(|&(label, count)| (count, -label))
-            .map(|(label, _)| label)
-            .filter(|&label| label >= 0)
+        let labels = nearest[object.members.clone()].iter().map(|&p| truth.object(p));
+        most_common(labels).filter(|&label| label >= 0)
     };
     scene.objects.iter().map(label_of).collect()
 }

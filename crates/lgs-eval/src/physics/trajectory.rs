@@ -1,7 +1,7 @@
 //! Position errors against ground truth.
 //!
-//! Every moving Gaussian is matched to the nearest true point at t = 0 and then expected to stay fixed to
-//! that point's object: its small offset from the point turns with the object (least-squares rotation of the
+//! Every moving Gaussian is matched to the nearest true point at t = 0, in doubt to one of the true object that
+//! most Gaussians of its object are nearest to, and then expected to stay fixed to that point's object: its small offset from the point turns with the object (least-squares rotation of the
 //! object's points), and stretches with one whose points move by a linear map. The error at a time is the
 //! mean distance to where it is expected, over the mean path length of the matched points from 0 to that
 //! time. All moving Gaussians count, however far their point was; the median and the distance to the bare
@@ -54,9 +54,11 @@ pub fn trajectory_error(
 ) -> Option<(f64, TrajectoryDetail)> {
     let at = truth.at(t)?;
     let paths = truth.path_lengths(t)?;
-    let matches = truth.matches(&scene.dynamic_gaussians.means);
+    let means = &scene.dynamic_gaussians.means;
+    let members = scene.objects.iter().map(|object| object.members.clone());
+    let matches: Vec<usize> = members.flat_map(|rows| truth.matches_of_object(&means[rows])).collect();
     let positions = motion.state_at(t).q;
-    let starts = scene.dynamic_gaussians.means.iter().zip(&matches);
+    let starts = means.iter().zip(&matches);
     let errors: Vec<f64> =
         starts.zip(&positions).map(|((&start, &p), &q)| distance(truth.carried(&at, p, start), q)).collect();
     let to_points: Vec<f64> =

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::{fit_affine, narrow, nearest_rotation, outer, trace, wide};
+use lgs_core::{mean_squared_neighbor_distance, nearest_indices};
 use lgs_data::synth::GroundTruth;
 use lgs_mechanics::bands::Verdict;
 
-use super::numbers::distance;
-use crate::thresholds::{AFFINE, RIGID, TIME_TOLERANCE};
+use super::numbers::{distance, most_common, percentile};
+use crate::thresholds::{AFFINE, NEARLY_ALL, RIGID, TIME_TOLERANCE};
 
 /// Ground-truth points with their state at t = 0.
 pub struct Truth<'a> {
@@ -35,7 +36,27 @@ impl<'a> Truth<'a> {
     /// For each position at t = 0 the nearest true point.
     #[must_use]
     pub fn matches(&self, positions: &[[f32; 3]]) -> Vec<usize> {
-        lgs_core::nearest_indices(&self.start, positions).into_iter().map(|i| i as usize).collect()
+        nearest_indices(&self.start, positions).into_iter().map(|i| i as usize).collect()
+    }
+
+    /// The same for the Gaussians of one object. Those of the true object that most of them are nearest to are
+    /// taken also where others lie nearer by less than its points lie apart: the foot of a body is as near to
+    /// the floor.
+    #[must_use]
+    pub fn matches_of_object(&self, positions: &[[f32; 3]]) -> Vec<usize> {
+        let nearest = self.matches(positions);
+        let Some(label) = most_common(nearest.iter().map(|&p| self.object(p))) else { return nearest };
+        let own: Vec<usize> = (0..self.start.len()).filter(|&p| self.object(p) == label).collect();
+        let points: Vec<[f32; 3]> = own.iter().map(|&p| self.start[p]).collect();
+        let gaps =
+            mean_squared_neighbor_distance(&points, 1).into_iter().map(|square| f64::from(square).sqrt());
+        let gap = percentile(gaps.collect(), NEARLY_ALL).unwrap_or(0.0);
+        let of_own = nearest_indices(&points, positions).into_iter().map(|i| own[i as usize]);
+        let chosen = |((any, own), &position): ((usize, usize), &[f32; 3])| {
+            let to = |point: usize| distance(position, self.start[point]);
+            if to(own) <= to(any) + gap { own } else { any }
+        };
+        nearest.into_iter().zip(of_own).zip(positions).map(chosen).collect()
     }
 
     /// Points at t = 0.
@@ -192,6 +213,22 @@ mod tests {
         let at = truth.at(0.5).expect("time");
         let carried = truth.carried(&at, 0, [0.1, 0.05, -0.1]);
         assert!(distance(carried, [0.15, 0.0, -0.1]) < 1e-5, "{carried:?}");
+    }
+
+    #[test]
+    fn the_foot_of_a_body_belongs_to_it_and_not_to_the_floor_below() {
+        let mut cube = cube();
+        for points in &mut cube.points {
+            // A floor just below the lower corners, and far beside them.
+            points.extend([[-0.3, -0.3, -0.31], [2.0, 0.0, -0.31]]);
+        }
+        cube.object.extend([-1, -1]);
+        let truth = Truth::new(&cube).expect("truth");
+        let positions = [[-0.3, -0.3, -0.306], [0.2, 0.2, 0.2], [-0.3, 0.2, 0.2], [1.9, 0.0, -0.3]];
+        assert_eq!(truth.object(truth.matches(&positions)[0]), -1);
+        let objects: Vec<i32> =
+            truth.matches_of_object(&positions).into_iter().map(|point| truth.object(point)).collect();
+        assert_eq!(objects, [0, 0, 0, -1], "what is far from it is not on it");
     }
 
     #[test]

@@ -1,11 +1,9 @@
 //! Spread of objects and reach of dynamic Gaussians in space, against the truth.
 
-use std::collections::BTreeMap;
-
 use lgs_model::{LagrangianScene, Motion, SceneState};
 
 use super::super::truth::Truth;
-use super::super::{centroid, distance, long_steps, mean, percentile, window_steps};
+use super::super::{centroid, distance, long_steps, mean, most_common, percentile, window_steps};
 use super::Range;
 use crate::finite::finite;
 use crate::thresholds::STATE_STRIDE;
@@ -56,14 +54,6 @@ fn spread(points: &[[f32; 3]]) -> f64 {
     let center = centroid(points).map(|c| c as f32);
     let squares: Vec<f64> = points.iter().map(|&p| distance(p, center).powi(2)).collect();
     mean(&squares).unwrap_or(0.0).sqrt()
-}
-
-fn most_common(labels: impl Iterator<Item = i32>) -> Option<i32> {
-    let mut counts: BTreeMap<i32, usize> = BTreeMap::new();
-    for label in labels {
-        *counts.entry(label).or_default() += 1;
-    }
-    counts.into_iter().max_by_key(|&(label, count)| (count, std::cmp::Reverse(label))).map(|(label, _)| label)
 }
 
 /// Farthest distance of moving Gaussians, and its 99th percentile, from the centre of the true paths' box,
