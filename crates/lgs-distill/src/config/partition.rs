@@ -39,8 +39,8 @@ pub struct PartitionConfig {
     /// moves has are static: a source's surroundings are never quite still.
     pub negligible_motion: f32,
     /// Where there are images: objects whose rest would raise the mean squared error of the source's images
-    /// by less than this part are static, unless nothing else raises it much more (0: none are). Plain walls
-    /// slide along themselves, which no image tells from rest.
+    /// by less than this part in every quarter of the window are static, unless nothing else raises it much
+    /// more (0: none are). Plain walls slide along themselves, which no image tells from rest.
     pub unseen_motion: f32,
     /// Rounds in which particles go to the motion that explains them best; 0 leaves the graph's objects as
     /// they are.

@@ -44,6 +44,7 @@ pub(crate) fn percentile(mut values: Vec<f64>, p: f64) -> Option<f64> {
     values.get(rank - 1).copied()
 }
 
+/// The label that occurs most often, the smallest of several; nothing for none.
 pub(crate) fn most_common(labels: impl Iterator<Item = i32>) -> Option<i32> {
     let mut counts: BTreeMap<i32, usize> = BTreeMap::new();
     for label in labels {

@@ -1,10 +1,11 @@
 //! Position errors against ground truth.
 //!
-//! Every moving Gaussian is matched to the nearest true point at t = 0, in doubt to one of the true object that
-//! most Gaussians of its object are nearest to, and then expected to stay fixed to that point's object: its small offset from the point turns with the object (least-squares rotation of the
-//! object's points), and stretches with one whose points move by a linear map. The error at a time is the
-//! mean distance to where it is expected, over the mean path length of the matched points from 0 to that
-//! time. All moving Gaussians count, however far their point was; the median and the distance to the bare
+//! Every moving Gaussian is matched to the nearest true point at t = 0, in doubt to one of the true object
+//! that most Gaussians of its object are nearest to ([`Truth::matches_of_object`]), and then expected to stay
+//! fixed to that point's object: its small offset from the point turns with the object (least-squares
+//! rotation of the object's points), and stretches with one whose points move by a linear map. The error at a
+//! time is the mean distance to where it is expected, over the mean path length of the matched points from 0
+//! to that time. All moving Gaussians count, however far their point was; the median and the distance to the bare
 //! point are reported beside it.
 
 use std::collections::BTreeMap;

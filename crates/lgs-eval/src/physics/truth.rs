@@ -39,9 +39,9 @@ impl<'a> Truth<'a> {
         nearest_indices(&self.start, positions).into_iter().map(|i| i as usize).collect()
     }
 
-    /// The same for the Gaussians of one object. Those of the true object that most of them are nearest to are
-    /// taken also where others lie nearer by less than its points lie apart: the foot of a body is as near to
-    /// the floor.
+    /// The same for the Gaussians of one object. Points of the true object that most of them are nearest to
+    /// are taken also where others lie nearer, by less than its points lie apart: the foot of a body is as
+    /// near to the floor.
     #[must_use]
     pub fn matches_of_object(&self, positions: &[[f32; 3]]) -> Vec<usize> {
         let nearest = self.matches(positions);

@@ -56,6 +56,7 @@ pub(super) const SPHERE_SPREAD: f64 = 0.1;
 pub(super) const OFF_SPHERE: f64 = 0.2;
 /// Shares of a ball's opaque Gaussians that may lie inside of its sphere and outside of it (measured for the
 /// three balls of one quick source: up to 0.2 and 0.1). Of a body three times as long as it is thick, 0.3
-/// reach beyond any sphere.
+/// reach beyond any sphere: half-way between, as few of the Gaussians of `standard` are opaque, and some of a
+/// shadow that moves with its ball may be among them.
 pub(super) const MOST_INSIDE: f64 = 0.3;
-pub(super) const MOST_OUTSIDE: f64 = 0.15;
+pub(super) const MOST_OUTSIDE: f64 = 0.2;

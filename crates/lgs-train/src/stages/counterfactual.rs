@@ -92,9 +92,9 @@ impl<'a> ComparedFrames<'a> {
     }
 }
 
-/// The largest of the fractions by which a column of frames in order of time exceeds the first one in parts of
-/// them: what moves late, or for a moment, is seen to. Where the first one is below its mean over all frames,
-/// the excess is a fraction of that.
+/// The largest of the fractions by which a column exceeds the first one in parts of the rows, which are in
+/// order of time: what moves late, or for a moment, is seen to. Where the first column is below its mean over
+/// all rows, the excess is a fraction of that.
 fn largest_rise(errors: &[Vec<f64>], column: usize) -> f64 {
     let mean = |frames: &[Vec<f64>], column: usize| {
         frames.iter().map(|row| row[column]).sum::<f64>() / frames.len().max(1) as f64

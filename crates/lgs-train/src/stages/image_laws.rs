@@ -139,8 +139,10 @@ fn with_hits(
 ) -> Vec<Offer> {
     for _ in 0..ROUNDS_OF_HITS {
         let own = |object: usize| own_law(&scene.objects[object]).map(|own| &own.law);
-        let laws = offers.iter().map(|o| Telling { shown: o.shown.as_ref(), own: own(o.object) });
-        let laws: Vec<Telling<'_>> = laws.collect();
+        let laws: Vec<Telling<'_>> = offers
+            .iter()
+            .map(|offer| Telling { shown: offer.shown.as_ref(), own: own(offer.object) })
+            .collect();
         let told = hits_by_others(bodies, &laws);
         let found = through_hits(bodies, &told, offer);
         if found.iter().all(Option::is_none) {
@@ -162,7 +164,7 @@ fn through_hits(bodies: &mut [ObjectPoses], told: &[Told], offer: OfBodies<'_>) 
     let through = |(body, told): (&ObjectPoses, &Told)| {
         let obeys = |law: &Law| is_struck(law) && told.agree_with(law);
         let found = (!told.are_known).then(|| offer(body));
-        found.filter(|offer| offer.shown.as_ref().is_some_and(obeys))
+        found.filter(|offer| offer.law_of_window().is_some_and(obeys))
     };
     bodies.par_iter().zip(told).map(through).collect()
 }
@@ -222,6 +224,10 @@ impl Offer {
         Self { object, shown, law: found.filter(is_law), parts: None }
     }
 
+    fn law_of_window(&self) -> Option<&Law> {
+        self.law.as_ref().map(|law| &law.law)
+    }
+
     /// Laws of parts of the window in the place of one of all of it that is not trusted beyond it, where they
     /// forecast better; `own` is the object as it is.
     fn with_parts(
@@ -236,7 +242,7 @@ impl Offer {
         let end = body.times.last().copied().unwrap_or_default();
         let is_trusted = known.is_some_and(|(_, known)| known.trusted[1] > end);
         // A law through hits of which others tell needs no parts.
-        let is_hit = !body.hits.is_empty() && self.law.as_ref().is_some_and(|law| is_struck(&law.law));
+        let is_hit = !body.hits.is_empty() && self.law_of_window().is_some_and(is_struck);
         if is_trusted || is_hit || has_parts(own) {
             return self;
         }

@@ -81,8 +81,8 @@ pub(super) const WINDOW_TIMES: usize = 16;
 
 /// Training frames that are compared, spread evenly over the window.
 pub(super) const OBSERVED_FRAMES: usize = 24;
-/// Parts of these, one after the other, in one of which a motion has to show: a law needs about a quarter of a
-/// window to be told from others, and six frames see what single ones may miss.
+/// Parts of these, one after the other, in one of which a motion has to show: a law needs about a quarter of
+/// a window to be told from others, and six frames see what single ones may miss.
 pub(super) const PARTS_OF_FRAMES: usize = 4;
 /// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
 /// rise of any object, and to move by itself if the motion of another one raises it by at least this fraction
