@@ -2,11 +2,12 @@
 //! bodies slip, stage 1 sees them turn, and takes no law of two points for them.
 
 use lgs_distill::{BodyPoses, DistilledLaw, couple_of_poses, may_be_a_pair};
-use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::Law;
+use lgs_mechanics::bands::{Known, Verdict};
 use lgs_model::LagrangianScene;
 use rayon::prelude::*;
 
-use super::law_choice::{LawChoice, own_law, take};
+use super::law_choice::{LawChoice, take};
 
 /// The law of two objects, the rows of which are next to each other in the scene.
 pub(super) struct Couple {
@@ -16,14 +17,13 @@ pub(super) struct Couple {
 }
 
 /// The laws of pairs of objects whose rows are next to each other, which have one body each and may be a pair
-/// by what is known of their own laws: those of the last rows first, each object once. An object is a range
+/// by what is known of their own laws, `own`: those of the last rows first, each object once. An object is a range
 /// of rows of the scene, so that others cannot be put together.
-pub(super) fn couples(
-    scene: &LagrangianScene,
+pub(super) fn couples<'a>(
     bodies: &[(usize, Vec<BodyPoses>)],
+    own: &(dyn Fn(usize) -> Option<(&'a Law, &'a Known)> + Sync),
     choice: LawChoice<'_>,
 ) -> Vec<Couple> {
-    let own = |index: usize| own_law(&scene.objects[index]).map(|law| (&law.law, &law.known));
     let of_pair = |pair: &[(usize, Vec<BodyPoses>)]| {
         let [(first, a), (second, b)] = pair else { return None };
         let ([a], [b]) = (a.as_slice(), b.as_slice()) else { return None };
@@ -48,6 +48,11 @@ pub(super) fn couples(
 }
 
 impl Couple {
+    /// Whether an object is one of the two.
+    pub(super) fn has(&self, object: usize) -> bool {
+        [self.first, self.first + 1].contains(&object)
+    }
+
     /// The scene with the two as one object by its law.
     pub(super) fn taken(self, scene: &LagrangianScene) -> LagrangianScene {
         let mut other = scene.clone();
@@ -64,8 +69,8 @@ mod tests {
     use glam::{DMat3, DVec3};
     use lgs_core::GaussianCloud;
     use lgs_dynamics::{Edit, Reversal};
+    use lgs_mechanics::bands;
     use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
-    use lgs_mechanics::{Law, bands};
     use lgs_model::{Dynamics, GeneralisedDynamics, Motion, MotionConfig, ObjectModel};
 
     /// An object that moves freely along x.

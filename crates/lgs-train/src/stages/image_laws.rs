@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use lgs_data::dataset::Frame;
 use lgs_distill::{BodyPoses, DistilledLaw, PartLaws, known_impacts, law_of_poses, part_laws_of_poses};
 use lgs_mechanics::Law;
-use lgs_mechanics::bands::Verdict;
+use lgs_mechanics::bands::{Known, Verdict};
 use lgs_model::{LagrangianScene, ObjectModel};
 use rayon::prelude::*;
 
@@ -58,15 +58,25 @@ pub(super) fn with_laws_of_images(
     let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
     let shown = offered.iter().copied().zip(found.iter().map(|found| well_shown(found))).collect();
     let mut bodies = at_well_shown_times(bodies, &shown);
-    let offers = offers(&scene, &mut bodies, choice, has_time_for);
+    let offers = offers(&scene, &mut bodies, choice);
+    let has_time = |search| choice.sought == Sought::All && has_time_for(search);
+    let couples = if has_time(LongSearch::Couples) {
+        couples(&bodies, &|object| law_known(&scene, &offers, object), choice)
+    } else {
+        Vec::new()
+    };
+    // What two objects do together needs no laws of parts.
+    let is_alone = |object: usize| !couples.iter().any(|couple| couple.has(object));
+    let offers = if has_time(LongSearch::Parts) {
+        with_parts((&scene, offers), &bodies, choice, &is_alone)
+    } else {
+        offers
+    };
     let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene), 0.0));
-    if choice.sought == Sought::All && has_time_for(LongSearch::Couples) {
-        // Poses of each object follow the images in everything.
-        let slack = MOST_GIVEN_BACK * (before - best.error).max(0.0);
-        let found = couples(&best.scene, &bodies, choice);
-        found.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene)), slack));
-    }
+    // Poses of each object follow the images in everything.
+    let slack = MOST_GIVEN_BACK * (before - best.error).max(0.0);
+    couples.into_iter().for_each(|couple| best.take_if_near(Some(couple.taken(&best.scene)), slack));
     (best.scene, decibels_between(best.error, before))
 }
 
@@ -87,25 +97,39 @@ fn at_well_shown_times(bodies: Vec<ObjectPoses>, shown: &BTreeMap<usize, Vec<usi
     bodies.into_iter().map(at).collect()
 }
 
-/// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws of
-/// parts of the window.
-fn offers(
-    scene: &LagrangianScene,
-    bodies: &mut [ObjectPoses],
-    choice: LawChoice<'_>,
-    has_time_for: HasTime<'_>,
-) -> Vec<Offer> {
+/// What the poses of each object's bodies offer it: a law, through hits where others tell of them.
+fn offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], choice: LawChoice<'_>) -> Vec<Offer> {
     let offer =
         |(index, bodies): &ObjectPoses| Offer::new((scene, *index), bodies.clone(), choice.of_object(*index));
     let offers = first_offers(scene, bodies, &offer);
-    let offers = with_hits((scene, offers), bodies, &offer);
-    if choice.sought != Sought::All || !has_time_for(LongSearch::Parts) {
-        return offers;
-    }
+    with_hits((scene, offers), bodies, &offer)
+}
+
+/// Offers with laws of parts of the window, where some objects have none of all of it that is trusted.
+fn with_parts(
+    (scene, offers): (&LagrangianScene, Vec<Offer>),
+    bodies: &[ObjectPoses],
+    choice: LawChoice<'_>,
+    has_parts: &(dyn Fn(usize) -> bool + Sync),
+) -> Vec<Offer> {
     let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
+        if !has_parts(*index) {
+            return offer;
+        }
         offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
     };
-    offers.into_par_iter().zip(&*bodies).map(with_parts).collect()
+    offers.into_par_iter().zip(bodies).map(with_parts).collect()
+}
+
+/// The law of all the window that an object is offered, or else has, and what is known of it.
+fn law_known<'a>(
+    scene: &'a LagrangianScene,
+    offers: &'a [Offer],
+    object: usize,
+) -> Option<(&'a Law, &'a Known)> {
+    let offered = offers.iter().find(|offer| offer.object == object).and_then(|offer| offer.law.as_ref());
+    let of_own = || own_law(&scene.objects[object]).map(|own| (&own.law, &own.known));
+    offered.map(|law| (&law.law, &law.known)).or_else(of_own)
 }
 
 /// Index of an object, and the poses of its bodies as images show them.
