@@ -34,6 +34,9 @@ use crate::window::{check_window, end_of_window, learns_no_motion};
 use observer::Observer;
 use settled::warn_of;
 
+/// Name, in the record of a budget, of the search that is left out where there is no time for it.
+const PARTS_BY_IMAGES: &str = "laws of parts by images";
+
 /// The models of a finished run.
 pub struct Trained {
     /// The source model.
@@ -178,8 +181,8 @@ impl Pipeline<'_> {
     fn fit_dynamics(&self, scene: LagrangianScene) -> Result<FitDynamics<'_>, TrainError> {
         let fit = FitDynamics::new(scene, self.training_data(), &self.config.fit_dynamics);
         let fit = fit.choosing_laws(self.config.distill.resolving(self.dataset.pixel_size()));
-        let fit = fit.while_there_is_time(|search| {
-            self.budget.as_ref().is_none_or(|budget| budget.borrow_mut().has_time_for_search(search.name()))
+        let fit = fit.while_there_is_time(|| {
+            self.budget.as_ref().is_none_or(|budget| budget.borrow_mut().has_time_for_search(PARTS_BY_IMAGES))
         });
         Ok(if self.has_time_for(Stage::FitDynamics)? { fit } else { fit.of_known_laws() })
     }

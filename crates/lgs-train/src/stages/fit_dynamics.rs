@@ -9,7 +9,7 @@ use super::TrainingData;
 use super::bands_of_views::with_bands_of_views;
 use super::config::FitDynamicsConfig;
 use super::image_laws::with_laws_of_images;
-use super::law_choice::{LawChoice, LongSearch, Sought};
+use super::law_choice::{LawChoice, Sought};
 use super::newton::Newton;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
@@ -27,8 +27,8 @@ pub struct FitDynamics<'a> {
     laws: Option<DistillConfig>,
     /// Whether there is time to seek laws of objects that have none.
     has_time: bool,
-    /// Whether there is time for a search that takes long.
-    has_time_for: Box<dyn Fn(LongSearch) -> bool + 'a>,
+    /// Whether there is time to seek laws of parts of the window, which takes about as long as all before it.
+    has_time_for_parts: Box<dyn Fn() -> bool + 'a>,
 }
 
 impl<'a> FitDynamics<'a> {
@@ -45,16 +45,16 @@ impl<'a> FitDynamics<'a> {
             seed,
             laws: None,
             has_time: true,
-            has_time_for: Box::new(|_| true),
+            has_time_for_parts: Box::new(|| true),
         }
     }
 }
 
 impl<'a> FitDynamics<'a> {
-    /// The same with searches that take long left out where there is no time for them.
+    /// The same without laws of parts of the window where there is no time for them.
     #[must_use]
-    pub fn while_there_is_time(self, has_time_for: impl Fn(LongSearch) -> bool + 'a) -> Self {
-        Self { has_time_for: Box::new(has_time_for), ..self }
+    pub fn while_there_is_time(self, has_time_for_parts: impl Fn() -> bool + 'a) -> Self {
+        Self { has_time_for_parts: Box::new(has_time_for_parts), ..self }
     }
 }
 
@@ -91,7 +91,7 @@ impl FitDynamics<'_> {
     fn chosen(&self, config: &DistillConfig, sought: Sought, frames: &[&Frame]) -> (LagrangianScene, f64) {
         let sought = if self.has_time { sought } else { Sought::Known };
         let choice = LawChoice { config, seed: self.seed, sought };
-        with_laws_of_images(self.scene.clone(), frames, choice, &self.has_time_for)
+        with_laws_of_images(self.scene.clone(), frames, choice, &self.has_time_for_parts)
     }
 }
 

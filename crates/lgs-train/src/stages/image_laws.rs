@@ -11,18 +11,18 @@ use lgs_mechanics::bands::{Known, Verdict};
 use lgs_model::{LagrangianScene, ObjectModel};
 use rayon::prelude::*;
 
+use super::drawn::{Drawn, decibels_between};
 use super::image_couples::couples;
 use super::image_displacement::{Found, well_shown};
 use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
-use super::law_choice::{HasTime, LawChoice, LongSearch, Sought, own_law, take, turn_shapes};
+use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
 use super::recorded_bodies::{
     bodies_of, has_law, has_parts, recorded, with_poses_of_images, with_recorded_bodies,
 };
 use super::recorder::parts;
 use super::thresholds::{MOST_GIVEN_BACK, ROUNDS_OF_HITS};
-use crate::thresholds::MOST_BELOW_SOURCE;
 
 /// The scene with the laws that the images of some frames show, where there are any, and these do not draw
 /// the images worse than the scene's own motion by more than a law may be below its source.
@@ -33,7 +33,7 @@ pub(super) fn with_laws_of_images(
     scene: LagrangianScene,
     frames: &[&Frame],
     choice: LawChoice<'_>,
-    has_time_for: HasTime<'_>,
+    has_time_for_parts: &dyn Fn() -> bool,
 ) -> (LagrangianScene, f64) {
     let config = choice.config;
     let times = times_in_window(frames);
@@ -59,20 +59,20 @@ pub(super) fn with_laws_of_images(
     let shown = offered.iter().copied().zip(found.iter().map(|found| well_shown(found))).collect();
     let mut bodies = at_well_shown_times(bodies, &shown);
     let offers = offers(&scene, &mut bodies, choice);
-    let has_time = |search| choice.sought == Sought::All && has_time_for(search);
-    let couples = if has_time(LongSearch::Couples) {
+    let are_all_sought = choice.sought == Sought::All;
+    let couples = if are_all_sought {
         couples(&bodies, &|object| law_known(&scene, &offers, object), choice)
     } else {
         Vec::new()
     };
     // What two objects do together needs no laws of parts.
     let is_alone = |object: usize| !couples.iter().any(|couple| couple.has(object));
-    let offers = if has_time(LongSearch::Parts) {
+    let offers = if are_all_sought && has_time_for_parts() {
         with_parts((&scene, offers), &bodies, choice, &is_alone)
     } else {
         offers
     };
-    let mut best = Drawn { error: squared_error_of(&posed, frames), scene: posed, frames };
+    let mut best = Drawn::new(posed, frames);
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene), 0.0));
     // Poses of each object follow the images in everything.
     let slack = MOST_GIVEN_BACK * (before - best.error).max(0.0);
@@ -193,27 +193,6 @@ fn through_hits(bodies: &mut [ObjectPoses], told: &[Told], offer: OfBodies<'_>) 
     bodies.par_iter().zip(told).map(through).collect()
 }
 
-/// A scene and how well it draws some frames.
-struct Drawn<'a> {
-    scene: LagrangianScene,
-    frames: &'a [&'a Frame],
-    /// Squared error of the images.
-    error: f64,
-}
-
-impl Drawn<'_> {
-    /// Takes another scene in its place, if there is one that draws the frames about as well, or leaves at
-    /// most so much more of them.
-    fn take_if_near(&mut self, other: Option<LagrangianScene>, slack: f64) {
-        let Some(other) = other else { return };
-        let (error, after) = (self.error, squared_error_of(&other, self.frames));
-        tracing::debug!(error, after, "images by the motion that the scene had, and by what they offer");
-        if decibels_between(error, after) <= MOST_BELOW_SOURCE || after - error <= slack {
-            (self.scene, self.error) = (other, after);
-        }
-    }
-}
-
 /// What the poses of an object's bodies offer it.
 struct Offer {
     object: usize,
@@ -299,9 +278,4 @@ impl Offer {
 /// Whether others strike a body, by its law.
 fn is_struck(law: &Law) -> bool {
     !law.impulses().is_empty()
-}
-
-/// Decibels by which a squared error is worse than another.
-fn decibels_between(error: f64, worse: f64) -> f64 {
-    10.0 * (worse / error.max(f64::MIN_POSITIVE)).log10()
 }

@@ -29,28 +29,6 @@ pub(super) enum Sought {
     All,
 }
 
-/// A search for laws that takes about as long as all before it, and is left out where there is no time.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum LongSearch {
-    /// That for laws of parts of the window.
-    Parts,
-    /// That for laws of two objects that act on each other.
-    Couples,
-}
-
-impl LongSearch {
-    /// Its name in the record of a budget.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Parts => "laws of parts by images",
-            Self::Couples => "laws of couples by images",
-        }
-    }
-}
-
-/// Tells whether there is time for a search.
-pub(super) type HasTime<'a> = &'a dyn Fn(LongSearch) -> bool;
-
 impl LawChoice<'_> {
     /// The same for an object of a scene.
     pub(super) fn of_object(self, index: usize) -> Self {
