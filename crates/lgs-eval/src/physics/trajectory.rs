@@ -5,8 +5,8 @@
 //! fixed to that point's object: its small offset from the point turns with the object (least-squares
 //! rotation of the object's points), and stretches with one whose points move by a linear map. The error at a
 //! time is the mean distance to where it is expected, over the mean path length of the matched points from 0
-//! to that time. All moving Gaussians count, however far their point was; the median and the distance to the bare
-//! point are reported beside it.
+//! to that time. All moving Gaussians count, however far their point was; the median and the distance to the
+//! bare point are reported beside it.
 
 use std::collections::BTreeMap;
 

@@ -224,11 +224,12 @@ mod tests {
         }
         cube.object.extend([-1, -1]);
         let truth = Truth::new(&cube).expect("truth");
-        let positions = [[-0.3, -0.3, -0.306], [0.2, 0.2, 0.2], [-0.3, 0.2, 0.2], [1.9, 0.0, -0.3]];
+        let positions =
+            [[-0.3, -0.3, -0.306], [0.2, 0.2, 0.2], [-0.3, 0.2, 0.2], [0.2, -0.3, 0.2], [1.9, 0.0, -0.3]];
         assert_eq!(truth.object(truth.matches(&positions)[0]), -1);
         let objects: Vec<i32> =
             truth.matches_of_object(&positions).into_iter().map(|point| truth.object(point)).collect();
-        assert_eq!(objects, [0, 0, 0, -1], "what is far from it is not on it");
+        assert_eq!(objects, [0, 0, 0, 0, -1], "what is far from it is not on it");
     }
 
     #[test]

@@ -17,8 +17,8 @@ pub(super) struct Couple {
 }
 
 /// The laws of pairs of objects whose rows are next to each other, which have one body each and may be a pair
-/// by what is known of their own laws, `own`: those of the last rows first, each object once. An object is a range
-/// of rows of the scene, so that others cannot be put together.
+/// by what is known of their own laws, `own`: those of the last rows first, each object once. An object is a
+/// range of rows of the scene, so that others cannot be put together.
 pub(super) fn couples<'a>(
     bodies: &[(usize, Vec<BodyPoses>)],
     own: &(dyn Fn(usize) -> Option<(&'a Law, &'a Known)> + Sync),

@@ -12,7 +12,7 @@ use lgs_model::{LagrangianScene, ObjectModel};
 use rayon::prelude::*;
 
 use super::drawn::{Drawn, decibels_between};
-use super::image_couples::couples;
+use super::image_couples::{Couple, couples};
 use super::image_displacement::{Found, well_shown};
 use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
@@ -58,20 +58,7 @@ pub(super) fn with_laws_of_images(
     let posed = with_poses_of_images((&scene, before), &mut bodies, frames);
     let shown = offered.iter().copied().zip(found.iter().map(|found| well_shown(found))).collect();
     let mut bodies = at_well_shown_times(bodies, &shown);
-    let offers = offers(&scene, &mut bodies, choice);
-    let are_all_sought = choice.sought == Sought::All;
-    let couples = if are_all_sought {
-        couples(&bodies, &|object| law_known(&scene, &offers, object), choice)
-    } else {
-        Vec::new()
-    };
-    // What two objects do together needs no laws of parts.
-    let is_alone = |object: usize| !couples.iter().any(|couple| couple.has(object));
-    let offers = if are_all_sought && has_time_for_parts() {
-        with_parts((&scene, offers), &bodies, choice, &is_alone)
-    } else {
-        offers
-    };
+    let (offers, couples) = offers_and_couples(&scene, &mut bodies, choice, has_time_for_parts);
     let mut best = Drawn::new(posed, frames);
     offers.into_iter().for_each(|offer| best.take_if_near(offer.taken(&best.scene), 0.0));
     // Poses of each object follow the images in everything.
@@ -97,12 +84,27 @@ fn at_well_shown_times(bodies: Vec<ObjectPoses>, shown: &BTreeMap<usize, Vec<usi
     bodies.into_iter().map(at).collect()
 }
 
-/// What the poses of each object's bodies offer it: a law, through hits where others tell of them.
-fn offers(scene: &LagrangianScene, bodies: &mut [ObjectPoses], choice: LawChoice<'_>) -> Vec<Offer> {
+/// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws of
+/// parts of the window; and the laws of two objects, which need none of parts.
+fn offers_and_couples(
+    scene: &LagrangianScene,
+    bodies: &mut [ObjectPoses],
+    choice: LawChoice<'_>,
+    has_time_for_parts: &dyn Fn() -> bool,
+) -> (Vec<Offer>, Vec<Couple>) {
     let offer =
         |(index, bodies): &ObjectPoses| Offer::new((scene, *index), bodies.clone(), choice.of_object(*index));
     let offers = first_offers(scene, bodies, &offer);
-    with_hits((scene, offers), bodies, &offer)
+    let offers = with_hits((scene, offers), bodies, &offer);
+    if choice.sought != Sought::All {
+        return (offers, Vec::new());
+    }
+    let couples = couples(bodies, &|object| law_known(scene, &offers, object), choice);
+    if !has_time_for_parts() {
+        return (offers, couples);
+    }
+    let is_alone = |object: usize| !couples.iter().any(|couple| couple.has(object));
+    (with_parts((scene, offers), bodies, choice, &is_alone), couples)
 }
 
 /// Offers with laws of parts of the window, where some objects have none of all of it that is trusted.
