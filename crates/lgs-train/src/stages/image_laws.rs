@@ -84,8 +84,8 @@ fn at_well_shown_times(bodies: Vec<ObjectPoses>, shown: &BTreeMap<usize, Vec<usi
     bodies.into_iter().map(at).collect()
 }
 
-/// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws of
-/// parts of the window; and the laws of two objects, which need none of parts.
+/// What the poses of each object's bodies offer it: a law, through hits where others tell of them, or laws
+/// of parts of the window; and the laws of two objects, which need none of parts.
 fn offers_and_couples(
     scene: &LagrangianScene,
     bodies: &mut [ObjectPoses],
@@ -99,7 +99,11 @@ fn offers_and_couples(
     if choice.sought != Sought::All {
         return (offers, Vec::new());
     }
-    let couples = couples(bodies, &|object| law_known(scene, &offers, object), choice);
+    let known = |object: usize| {
+        let offer = offers.iter().find(|offer| offer.object == object)?;
+        offer.law_or_own(&scene.objects[object])
+    };
+    let couples = couples(bodies, &known, choice);
     if !has_time_for_parts() {
         return (offers, couples);
     }
@@ -107,31 +111,21 @@ fn offers_and_couples(
     (with_parts((scene, offers), bodies, choice, &is_alone), couples)
 }
 
-/// Offers with laws of parts of the window, where some objects have none of all of it that is trusted.
+/// Offers with laws of parts of the window, for objects that are in no couple and have no law of all of it
+/// that is trusted.
 fn with_parts(
     (scene, offers): (&LagrangianScene, Vec<Offer>),
     bodies: &[ObjectPoses],
     choice: LawChoice<'_>,
-    has_parts: &(dyn Fn(usize) -> bool + Sync),
+    is_alone: &(dyn Fn(usize) -> bool + Sync),
 ) -> Vec<Offer> {
     let with_parts = |(offer, (index, bodies)): (Offer, &ObjectPoses)| {
-        if !has_parts(*index) {
+        if !is_alone(*index) {
             return offer;
         }
         offer.with_parts(&scene.objects[*index], bodies, choice.of_object(*index))
     };
     offers.into_par_iter().zip(bodies).map(with_parts).collect()
-}
-
-/// The law of all the window that an object is offered, or else has, and what is known of it.
-fn law_known<'a>(
-    scene: &'a LagrangianScene,
-    offers: &'a [Offer],
-    object: usize,
-) -> Option<(&'a Law, &'a Known)> {
-    let offered = offers.iter().find(|offer| offer.object == object).and_then(|offer| offer.law.as_ref());
-    let of_own = || own_law(&scene.objects[object]).map(|own| (&own.law, &own.known));
-    offered.map(|law| (&law.law, &law.known)).or_else(of_own)
 }
 
 /// Index of an object, and the poses of its bodies as images show them.
@@ -233,6 +227,12 @@ impl Offer {
         self.law.as_ref().map(|law| &law.law)
     }
 
+    /// The law of all the window that is offered, or else the object's own, and what is known of it.
+    fn law_or_own<'a>(&'a self, own: &'a ObjectModel) -> Option<(&'a Law, &'a Known)> {
+        let of_own = || own_law(own).map(|own| (&own.law, &own.known));
+        self.law.as_ref().map(|law| (&law.law, &law.known)).or_else(of_own)
+    }
+
     /// Laws of parts of the window in the place of one of all of it that is not trusted beyond it, where they
     /// forecast better; `own` is the object as it is.
     fn with_parts(
@@ -242,8 +242,7 @@ impl Offer {
         LawChoice { config, seed, .. }: LawChoice<'_>,
     ) -> Self {
         let [body] = bodies else { return self };
-        let of_own = || own_law(own).map(|own| (&own.law, &own.known));
-        let known = self.law.as_ref().map(|law| (&law.law, &law.known)).or_else(of_own);
+        let known = self.law_or_own(own);
         let end = body.times.last().copied().unwrap_or_default();
         let is_trusted = known.is_some_and(|(_, known)| known.trusted[1] > end);
         // A law through hits of which others tell needs no parts.
