@@ -4,7 +4,7 @@
 use crate::buffer::Buffer;
 use crate::layout::{LinearRange, MlpShape};
 use crate::packed::{Right, padded};
-use crate::product::{Add, Columns, Left, Product, Rows};
+use crate::product::{Add, Columns, Left, Product, UnpaddedRows};
 use crate::sums::{add_over_rows, sum_over_rows};
 use std::ops::Range;
 
@@ -83,7 +83,7 @@ impl LayerGradients {
     /// Adds the products of an input `[features, rows]` and a cotangent `[rows, units]`.
     pub(crate) fn add_input(&mut self, input: usize, features: &[f32], v_z: &[f32]) {
         let sums = &mut self.inputs[input].0;
-        sums.add_outer(Rows(features, features.len() / sums.rows), v_z);
+        sums.add_outer(UnpaddedRows(features, features.len() / sums.rows), v_z);
     }
 
     /// Adds the products of a cotangent `[rows, units]` and the layer below, `h: [rows, units]`.
@@ -94,7 +94,7 @@ impl LayerGradients {
     /// Adds the products of a cotangent `[outputs, rows]` and the layer below, and its sums.
     pub(crate) fn add_output(&mut self, v_y: &[f32], h: &[f32]) {
         let rows = v_y.len() / self.place.outputs;
-        self.below.add_outer(Rows(v_y, rows), h);
+        self.below.add_outer(UnpaddedRows(v_y, rows), h);
         for (sum, row) in self.bias.iter_mut().zip(v_y.chunks_exact(rows)) {
             *sum += sum_over_rows(row);
         }

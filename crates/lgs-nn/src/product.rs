@@ -33,9 +33,13 @@ pub(crate) struct Panel<'a, S: Simd> {
     column: usize,
 }
 
-/// A left operand `[rows, stride]`, of which the first columns are used.
+/// A left operand `[rows, stride]`, of which the first columns are used, a multiple of [`COLUMNS`].
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<'a>(pub(crate) &'a [f32], pub(crate) usize);
+
+/// A left operand `[rows, stride]`, of which any number of first columns is used.
+#[derive(Clone, Copy)]
+pub(crate) struct UnpaddedRows<'a>(pub(crate) &'a [f32], pub(crate) usize);
 
 /// A left operand that is stored transposed, `[depth, stride]`, of which the first columns are the rows.
 #[derive(Clone, Copy)]
@@ -45,14 +49,13 @@ impl Left for Rows<'_> {
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize>(self, row: usize, panel: Panel<'_, S>) -> Tile<S, R, V> {
         let (simd, depth) = (panel.simd, panel.vectors.len() / panel.width);
-        let lines: [&[f32]; R] = std::array::from_fn(|r| &self.0[(row + r) * self.1..][..depth]);
+        assert!(depth.is_multiple_of(COLUMNS), "depth {depth} of rows");
         // Pieces of fixed length need no bounds checks inside.
-        let pieces: [&[[f32; COLUMNS]]; R] = std::array::from_fn(|r| lines[r].as_chunks().0);
-        let whole = depth - depth % COLUMNS;
-        let (in_pieces, rest) = panel.vectors.split_at(whole * panel.width);
+        let lines: [&[[f32; COLUMNS]]; R] =
+            std::array::from_fn(|r| self.0[(row + r) * self.1..][..depth].as_chunks().0);
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
-        for (piece, vectors) in in_pieces.chunks_exact(panel.width * COLUMNS).enumerate() {
-            let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &pieces[r][piece]);
+        for (piece, vectors) in panel.vectors.chunks_exact(panel.width * COLUMNS).enumerate() {
+            let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &lines[r][piece]);
             for (at, b) in (0..COLUMNS).zip(vectors.chunks_exact(panel.width)) {
                 let b = &b[panel.column..panel.column + V];
                 for r in 0..R {
@@ -63,7 +66,17 @@ impl Left for Rows<'_> {
                 }
             }
         }
-        for (at, b) in (whole..depth).zip(rest.chunks_exact(panel.width)) {
+        sums
+    }
+}
+
+impl Left for UnpaddedRows<'_> {
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize>(self, row: usize, panel: Panel<'_, S>) -> Tile<S, R, V> {
+        let (simd, depth) = (panel.simd, panel.vectors.len() / panel.width);
+        let lines: [&[f32]; R] = std::array::from_fn(|r| &self.0[(row + r) * self.1..][..depth]);
+        let mut sums = [[simd.splat_f32s(0.0); V]; R];
+        for (at, b) in panel.vectors.chunks_exact(panel.width).enumerate() {
             let b = &b[panel.column..panel.column + V];
             for r in 0..R {
                 let a = simd.splat_f32s(lines[r][at]);
@@ -231,10 +244,14 @@ mod tests {
         let transposed: Vec<f32> = (0..k * m).map(|i| a[i % m * k + i / m]).collect();
         let packed = Packed::new(k, n, |depth, column| b[depth * n + column]);
         let (right, width) = (packed.right(), padded(n));
-        let [mut by_rows, mut narrow] = [vec![0.0; m * width], vec![0.0; m * width]];
+        let [mut by_rows, mut in_pieces, mut narrow] = [(); 3].map(|()| vec![0.0; m * width]);
         let mut added = vec![1.0; m * width];
         let columns = Columns(&transposed, m);
-        Product { left: Rows(&a, k), rows: m, right, epilogue: Set(&mut by_rows, width) }.run();
+        Product { left: UnpaddedRows(&a, k), rows: m, right, epilogue: Set(&mut by_rows, width) }.run();
+        if k.is_multiple_of(COLUMNS) {
+            Product { left: Rows(&a, k), rows: m, right, epilogue: Set(&mut in_pieces, width) }.run();
+            assert_eq!(in_pieces, by_rows, "{m} {k} {n}, by rows in pieces");
+        }
         Product { left: columns, rows: m, right, epilogue: Add(&mut added, width) }.run();
         let one_lane = Product { left: columns, rows: m, right, epilogue: Set(&mut narrow, width) };
         Scalar.vectorize(one_lane);
