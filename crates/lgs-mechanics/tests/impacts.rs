@@ -137,6 +137,23 @@ fn a_plane_that_nothing_shows_is_told_by_the_impacts() {
 }
 
 #[test]
+fn draws_keep_to_the_track_where_friction_is_at_its_bound() {
+    let mut truth = ball(tilted(0.0, 1.0), 0.7);
+    truth.contact.iter_mut().for_each(|contact| contact.friction = 0.0);
+    let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
+    let found = explained(&truth, &start, &round_body(Vec::new()), (0.6, 0.002, 0)).unwrap();
+    // A little friction and a plane that leans forward are much like no friction and one that does not.
+    let contact = found.law.contact.as_ref().unwrap();
+    assert!(contact.friction < found.deviations[1], "{contact:?} {:?}", found.deviations);
+    let radius = found.radius(&[0.55], 0).unwrap()[0];
+    assert!(radius < 0.002, "{radius} {contact:?}");
+    let drawn = found.drawn_laws(32, 0).drawn;
+    let contacts = drawn.iter().filter_map(|drawn| drawn.law.contact.as_ref());
+    let most = contacts.map(|contact| contact.friction).fold(0.0, f64::max);
+    assert!(most > found.deviations[1], "{most} {contact:?}");
+}
+
+#[test]
 fn a_wall_that_stops_the_body_is_found_beside_the_floor() {
     let [floor, wall, other] = [
         Plane { normal: [0.0, 0.0, 1.0], offset: 0.0 },

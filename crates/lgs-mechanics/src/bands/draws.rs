@@ -9,13 +9,13 @@ use nalgebra::{DMatrix, DVector};
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 /// A normal distribution around zero.
-pub(crate) struct Normal {
+pub(super) struct Normal {
     /// A root of the covariance.
     root: DMatrix<f64>,
 }
 
 impl Normal {
-    pub(crate) fn new(covariance: &DMatrix<f64>) -> Self {
+    pub(super) fn new(covariance: &DMatrix<f64>) -> Self {
         let deviations = covariance.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt());
         let size = deviations.len();
         let part = |i, j| covariance[(i, j)] / (deviations[i] * deviations[j]);
@@ -31,7 +31,7 @@ impl Normal {
         Self { root }
     }
 
-    pub(crate) fn draw(&self, stream: &mut Stream) -> DVector<f64> {
+    fn draw(&self, stream: &mut Stream) -> DVector<f64> {
         self.draw_with_square(stream).0
     }
 

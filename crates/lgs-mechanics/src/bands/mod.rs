@@ -10,7 +10,6 @@ mod edited_tests;
 mod known;
 mod verdict;
 
-pub(crate) use draws::Normal;
 pub use draws::{Probability, changes};
 pub use edited::{DrawnLaws, PosteriorLaws, StartedLaw};
 pub use known::{Known, PositionBand, Rival};

@@ -1,8 +1,7 @@
 //! A law with its contact or the impulses that it receives, and how far it is known.
 
-use super::freedom::{OF_MATERIAL, unknowns_of, with_planes_changed};
 use super::samples::Samples;
-use crate::bands::{DrawnLaws, Normal, StartedLaw, Verdict, radius};
+use crate::bands::Verdict;
 use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground};
 use crate::coordinates::State;
@@ -11,9 +10,8 @@ use crate::error::MechanicsError;
 use crate::fit::Fitted;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_TIMES, DRAWS, KNOWN_OF_HIT, MOST_FRICTION, NEAR_PLANE, REDRAWS};
-use lgs_core::stream;
-use nalgebra::{DMatrix, DVector};
+use crate::thresholds::{COMPARED_TIMES, KNOWN_OF_HIT, NEAR_PLANE};
+use nalgebra::DMatrix;
 use std::ops::Range;
 
 /// A law with the contact, or with the impulses, that was fitted to a track.
@@ -42,6 +40,10 @@ pub struct Bounced {
     /// Points about which the planes tilt.
     pub(super) about: Vec<[f64; 3]>,
     pub(super) samples: Samples,
+    /// Times of the samples since the first one.
+    pub(super) times: Vec<f64>,
+    /// Standard deviations by which the last unknowns were known before the track.
+    pub(super) prior: Vec<f64>,
     /// First and last time of the track.
     pub(super) window: [f64; 2],
 }
@@ -66,6 +68,8 @@ impl Bounced {
             covariance,
             about: vec![ground.middle],
             samples: Samples::default(),
+            times: Vec::new(),
+            prior: Vec::new(),
             window,
         }
     }
@@ -91,48 +95,6 @@ impl Bounced {
     /// The fitted motion at times of the track's clock.
     pub fn states(&self, times: &[f64]) -> Result<Vec<State>, MechanicsError> {
         System::new(&self.law, Edit::NONE).states(&self.start, &self.since(times))
-    }
-
-    /// Laws drawn from its posterior; draws whose impulses are not in order are drawn again.
-    #[must_use]
-    pub fn drawn_laws(&self, count: usize, seed: u64) -> DrawnLaws {
-        let normal = Normal::new(&self.covariance);
-        let mut stream = stream(seed, "laws through impacts", 0);
-        let started = |(law, start)| StartedLaw { law, start };
-        let mut draw = || started(self.drawn(&normal.draw(&mut stream)));
-        let mut allowed = || (0..=REDRAWS).map(|_| draw()).find(|drawn| drawn.check().is_ok());
-        let drawn = (0..count).filter_map(|_| allowed()).collect();
-        let middle = started((self.law.clone(), self.start.clone()));
-        DrawnLaws { middle, order: vec![0], part: 1.0, drawn }
-    }
-
-    /// Radius around the fitted motion that holds 90 % of its posterior, for each time, world units; it
-    /// widens at every impact.
-    pub fn radius(&self, times: &[f64], seed: u64) -> Result<Vec<f64>, MechanicsError> {
-        let middle = self.states(times)?;
-        let since = self.since(times);
-        let normal = Normal::new(&self.covariance);
-        let mut stream = stream(seed, "posterior of a contact", 0);
-        let mut draw = || {
-            let (law, start) = self.drawn(&normal.draw(&mut stream));
-            System::new(&law, Edit::NONE).states(&start, &since).ok()
-        };
-        let draws: Vec<Option<Vec<State>>> = (0..DRAWS).map(|_| draw()).collect();
-        Ok(radius(&draws, &middle, 0.9, &|a, b| self.distance(a, b)))
-    }
-
-    /// The same at ascending times of any sign since the start, infinite where too few of the drawn motions
-    /// can be followed.
-    #[must_use]
-    pub fn band(&self, since: &[f64], seed: u64) -> Vec<f64> {
-        let zero = since.partition_point(|time| *time < 0.0);
-        let of = |times: &[f64]| -> Vec<f64> {
-            let times: Vec<f64> = times.iter().map(|time| time + self.window[0]).collect();
-            self.radius(&times, seed).unwrap_or_else(|_| vec![f64::INFINITY; times.len()])
-        };
-        // The past may end at the plane: it is followed step by step.
-        let past = (0..zero).map(|k| of(&since[k..k + 1])[0]);
-        past.collect::<Vec<_>>().into_iter().chain(of(&since[zero..])).collect()
     }
 
     /// Time of the first impact since the start, up to a time.
@@ -209,33 +171,8 @@ impl Bounced {
         Ok((verdict, trusted))
     }
 
-    /// Law and start after a change of all unknowns, with values beyond their bounds moved to these.
-    fn drawn(&self, change: &DVector<f64>) -> (Law, State) {
-        let n = self.start.v.len();
-        let x = self.law.coordinates.retract(&self.start.x, &change.as_slice()[..n]);
-        let v = self.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
-        let mut law = self.law.clone();
-        for (i, (parameter, _)) in law.table().iter().enumerate() {
-            let [lower, upper] = parameter.absolute_bounds();
-            law.parameters[i] = (law.parameters[i] + change[2 * n + i]).clamp(lower, upper);
-        }
-        let impulses = change.as_slice()[2 * n + law.parameters.len()..].chunks_exact(1 + n);
-        if law.contact.is_none() {
-            law.events.iter_mut().zip(impulses).for_each(|(event, change)| {
-                event.time += change[0];
-                event.change.iter_mut().zip(&change[1..]).for_each(|(v, change)| *v += change);
-            });
-        }
-        if let Some(contact) = &mut law.contact {
-            let own = &change.as_slice()[change.len() - unknowns_of(contact)..];
-            *contact = with_planes_changed(contact, &self.about, &own[OF_MATERIAL..]);
-            contact.restitution = (contact.restitution + own[0]).clamp(0.0, 1.0);
-            contact.friction = (contact.friction + own[1]).clamp(0.0, MOST_FRICTION);
-        }
-        (law, State { x, v })
-    }
-
-    fn since(&self, times: &[f64]) -> Vec<f64> {
+    /// Times since the first one of the track.
+    pub(super) fn since(&self, times: &[f64]) -> Vec<f64> {
         times.iter().map(|time| time - self.window[0]).collect()
     }
 }

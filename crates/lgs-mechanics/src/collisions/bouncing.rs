@@ -132,13 +132,16 @@ impl Bouncing {
         let freedoms = &self.freedoms;
         let of_plane = |k: usize| freedoms[k].counted(std::array::from_fn(|i| variance(OF_PLANE * k + i)));
         let of_planes: f64 = (0..freedoms.len()).map(of_plane).sum();
+        let of_freedoms = freedoms.iter().flat_map(Freedom::deviations);
         Some(Bounced {
             chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
             free: 0..self.samples.free,
             unknowns: (law.unknown_count() + OF_MATERIAL) as f64 + of_planes,
             about: freedoms.iter().map(|freedom| freedom.about).collect(),
             window: [first, first + until],
+            prior: [CONTACT_SPREAD; OF_MATERIAL].into_iter().chain(of_freedoms).collect(),
             samples: self.samples,
+            times: self.times,
             law,
             start,
             deviations,

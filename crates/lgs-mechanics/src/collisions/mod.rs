@@ -4,6 +4,7 @@
 mod body;
 mod bounced;
 mod bouncing;
+mod drawn;
 mod effort;
 mod fit;
 mod flights;

@@ -181,6 +181,8 @@ impl StruckMotion {
             deviations: [0.0; 2],
             error: self.samples.later_error(&law.coordinates, &predicted),
             samples: self.samples,
+            times: self.times,
+            prior: Vec::new(),
             law,
             start,
             covariance,

@@ -14,6 +14,21 @@ pub struct Unknown {
     pub upper: f64,
 }
 
+impl Unknown {
+    /// Values below and above one, and their distance: those of a central difference, or of a one-sided one
+    /// at a bound, beyond which residuals may not change.
+    fn around(&self, value: f64) -> ([f64; 2], f64) {
+        let step = DIFFERENCE * self.scale;
+        let [below, above] = [value - step, value + step];
+        let is_fixed = self.upper - self.lower < step;
+        if is_fixed || (below >= self.lower && above <= self.upper) {
+            return ([below, above], 2.0 * step);
+        }
+        let [below, above] = [below, above].map(|value| value.clamp(self.lower, self.upper));
+        ([below, above], above - below)
+    }
+}
+
 /// Residuals that are to become small, in units of their noise.
 pub trait Problem {
     /// The unknowns.
@@ -30,7 +45,7 @@ pub trait Problem {
     }
 }
 
-/// Derivatives of a problem's residuals by central differences.
+/// Derivatives of a problem's residuals by differences.
 #[must_use]
 pub fn finite_differences<P: Problem + ?Sized>(
     problem: &P,
@@ -40,13 +55,13 @@ pub fn finite_differences<P: Problem + ?Sized>(
     let mut jacobian = DMatrix::zeros(rows, values.len());
     let mut moved = values.to_vec();
     for (column, unknown) in problem.unknowns().iter().enumerate() {
-        let step = DIFFERENCE * unknown.scale;
-        moved[column] = values[column] + step;
+        let ([below, above], apart) = unknown.around(values[column]);
+        moved[column] = above;
         let above = problem.residuals(&moved)?;
-        moved[column] = values[column] - step;
+        moved[column] = below;
         let below = problem.residuals(&moved)?;
         moved[column] = values[column];
-        jacobian.set_column(column, &((above - below) / (2.0 * step)));
+        jacobian.set_column(column, &((above - below) / apart));
     }
     Some(jacobian)
 }
