@@ -56,7 +56,8 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
 }
 
 /// Nodes are chosen three times, with stops between them, and cameras refined, with stops before and after;
-/// brightness is learned before the last densification, with the two kinds that together have all stages.
+/// brightness is learned before the last densification, with the two kinds that together have all stages, and
+/// given up between two stops with the third, after an iteration that lights a single moment.
 fn own_settings(kind: SourceKind) -> &'static [&'static str] {
     let of_nodes = &[
         "source.nodes.initial=12",
@@ -68,7 +69,13 @@ fn own_settings(kind: SourceKind) -> &'static [&'static str] {
         "source.shading.times=3",
         "source.shading.after=15",
     ];
-    if kind == SourceKind::Defgs { &[] } else { &of_nodes[if kind == SourceKind::Nodes { 0 } else { 6 }..] }
+    match kind {
+        SourceKind::Defgs => {
+            &["source.shading.times=16", "source.shading.after=40", "source.shading.trial=1"]
+        }
+        SourceKind::Nodes => of_nodes,
+        _ => &of_nodes[6..],
+    }
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.

@@ -107,6 +107,9 @@ pub struct ShadingConfig {
     pub times: usize,
     /// Brightness is learned from the iteration after this one on.
     pub after: usize,
+    /// Iterations of learning after which brightness is given up, unless it changes smoothly over time; 0 keeps
+    /// it whatever it is.
+    pub trial: usize,
     /// Weight of the mean squared logarithm of brightness, of the two times around an image's, in the share
     /// of the image that Gaussians cover.
     pub weight: f32,
@@ -118,9 +121,25 @@ pub struct ShadingConfig {
     pub rate_end: f64,
 }
 
+impl ShadingConfig {
+    /// Brightness from the middle of a schedule on, given up after an eighth of it unless it is that of light.
+    #[must_use]
+    pub fn tried(iterations: usize) -> Self {
+        Self { times: 16, after: iterations / 2, trial: iterations / 8, ..Self::default() }
+    }
+}
+
 impl Default for ShadingConfig {
     fn default() -> Self {
-        Self { times: 0, after: 0, weight: 0.2, change_weight: 0.2, rate_start: 0.01, rate_end: 3e-4 }
+        Self {
+            times: 0,
+            after: 0,
+            trial: 0,
+            weight: 0.2,
+            change_weight: 0.2,
+            rate_start: 0.01,
+            rate_end: 3e-4,
+        }
     }
 }
 

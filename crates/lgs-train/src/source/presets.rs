@@ -110,7 +110,7 @@ impl SourceConfig {
             advection: None,
             nodes: None,
             cameras: CamerasConfig::default(),
-            shading: ShadingConfig::default(),
+            shading: ShadingConfig::tried(iterations),
             learning_rates: LearningRates::quick(),
             densify: DensifyConfig::quick(iterations),
             rigidity: RigidityConfig { weight: 1.0, neighbors: 6, robust_scale: 0.1 },

@@ -82,6 +82,7 @@ impl SourceConfig {
             &mut stretched.sh_interval,
             &mut stretched.static_regulariser_after,
             &mut stretched.shading.after,
+            &mut stretched.shading.trial,
             &mut rates.position_steps,
             &mut rates.deformation_ramp,
             &mut rates.deformation_steps,

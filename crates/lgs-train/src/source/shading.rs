@@ -1,17 +1,22 @@
 //! Learning how Gaussians are lit over time ([`lgs_model::Shading`]), beside their motion: what motion and
 //! constant colours explain is theirs, and brightness gets what is left.
 
+use std::ops::RangeInclusive;
+
 use burn::tensor::Tensor;
 use lgs_model::{Shading, ShadingTimes};
 
 use super::config::SourceConfig;
 use crate::cloud_tensors::CloudTensors;
+use crate::thresholds::SMOOTH_BRIGHTNESS;
 use crate::trainable_cloud::TrainableCloud;
 
 /// The times at which brightnesses of all Gaussians are learned, and from when on.
 pub(super) struct ShadingSchedule {
     times: ShadingTimes,
     after: usize,
+    /// The iteration after which brightness that does not change smoothly is given up.
+    judged_after: Option<usize>,
     weights: [f32; 2],
 }
 
@@ -25,12 +30,14 @@ pub(super) struct StepShading {
 
 impl ShadingSchedule {
     /// The schedule of settings for a window from its first to its last time; nothing where they ask for
-    /// none, or all images are of one time.
+    /// none, training ends before, or all images are of one time.
     pub(super) fn new(config: &SourceConfig, span: [f32; 2]) -> Option<Self> {
         let shading = &config.shading;
-        (shading.times > 1 && span[0] < span[1]).then_some(Self {
+        let is_due = shading.times > 1 && shading.after < config.iterations;
+        (is_due && span[0] < span[1]).then_some(Self {
             times: ShadingTimes { span, count: shading.times },
             after: shading.after,
+            judged_after: (shading.trial > 0).then_some(shading.after + shading.trial),
             weights: [shading.weight, shading.change_weight],
         })
     }
@@ -48,6 +55,31 @@ impl ShadingSchedule {
         let (before, part) = self.times.at(time);
         let around = [before, before + 1].map(|column| log_gains.clone().narrow(1, column, 1));
         Some(StepShading { around, part, weights: self.weights })
+    }
+
+    /// Whether brightness is to be judged after some iterations.
+    pub(super) fn is_judged_in(&self, iterations: &RangeInclusive<usize>) -> bool {
+        self.judged_after.is_some_and(|judged| iterations.contains(&judged))
+    }
+
+    /// Whether brightness has been judged by an iteration.
+    pub(super) fn is_judged_by(&self, iteration: usize) -> bool {
+        self.judged_after.is_some_and(|judged| judged <= iteration)
+    }
+
+    /// Whether learned logarithms, row by row, change smoothly over time, as those of what moves in light do.
+    /// What errors of shape and motion leave has no order in time.
+    pub(super) fn is_smooth(&self, log_gains: &[f32]) -> bool {
+        let (mut changes, mut squares) = (0.0, 0.0);
+        for row in log_gains.chunks_exact(self.times.count) {
+            let count = row.len() as f64;
+            let mean = row.iter().copied().map(f64::from).sum::<f64>() / count;
+            squares += row.iter().map(|&gain| (f64::from(gain) - mean).powi(2)).sum::<f64>() / count;
+            let pairs = row.windows(2).map(|pair| f64::from(pair[1] - pair[0]).powi(2));
+            changes += pairs.sum::<f64>() / (count - 1.0);
+        }
+        tracing::debug!(ratio = changes / squares, "changes of brightness over its variance");
+        changes < SMOOTH_BRIGHTNESS * squares
     }
 
     /// What has been learned.
@@ -124,6 +156,17 @@ mod tests {
     #[test]
     fn images_of_one_time_have_no_schedule() {
         assert!(ShadingSchedule::new(&SourceConfig::standard(), [0.5, 0.5]).is_none());
-        assert!(ShadingSchedule::new(&SourceConfig::quick(), [0.0, 1.0]).is_none(), "constant colours");
+        assert!(ShadingSchedule::new(&SourceConfig::paper(), [0.0, 1.0]).is_none(), "constant colours");
+    }
+
+    #[test]
+    fn light_changes_smoothly_and_errors_do_not() {
+        let schedule = ShadingSchedule::new(&SourceConfig::quick(), [0.0, 1.0]).expect("a schedule");
+        let row = |value: &dyn Fn(f32) -> f32| (0..16).map(|k| value(k as f32)).collect::<Vec<f32>>();
+        let light = row(&|k| 0.3 + 0.02 * (0.4 * k).sin());
+        let errors = row(&|k| (131.7 * (k + 0.3)).sin());
+        assert!(schedule.is_smooth(&light) && !schedule.is_smooth(&errors));
+        assert!(!schedule.is_smooth(&[0.0; 16]), "no brightness");
+        assert!(schedule.is_judged_in(&(2500..=2501)) && !schedule.is_judged_in(&(2501..=2502)));
     }
 }

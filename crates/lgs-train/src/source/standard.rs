@@ -24,7 +24,7 @@ impl SourceConfig {
             sh_degree: 3,
             views_per_coefficient: 3.0,
             learning_rates: LearningRates::standard(),
-            shading: ShadingConfig { times: 16, after: iterations / 2, ..quick.shading },
+            shading: ShadingConfig { after: iterations / 2, trial: 0, ..quick.shading },
             densify: DensifyConfig::standard(iterations),
             static_regulariser: 0.0,
             static_regulariser_after: 0,

@@ -249,7 +249,8 @@ impl Trainer for SourceTrainer<'_> {
             self.density.observe(&gradient, &compared.drawn, &frame.camera, iteration);
         }
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
-        self.descend((&leaves, &network), &mut gradients, passed);
+        self.descend((&leaves, &network), &mut gradients, passed.clone());
+        self.judge_brightness(&passed);
         StepReport::on_device(&compared.loss, &[compared.mse])
     }
 
@@ -268,6 +269,10 @@ impl Trainer for SourceTrainer<'_> {
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
+        self.clock.restore(file, step)?;
+        let (iteration, mut names) = (self.clock.iteration(), file.names());
+        let is_kept = names.any(|name| name.starts_with("canonical.shading"));
+        self.shading.take_if(|shading| shading.is_judged_by(iteration) && !is_kept);
         let times = self.shading.as_ref().map_or(0, ShadingSchedule::columns);
         self.cloud = TrainableCloud::read_from(file, "canonical", self.config.sh_degree, &self.device)?
             .with_columns_of((file, "canonical"), self.motion.features(), times)?;
@@ -277,7 +282,6 @@ impl Trainer for SourceTrainer<'_> {
         self.priors.restore(file, self.cloud.len())?;
         self.smoothing.restore(file, self.cloud.len())?;
         self.order.restore(file, &self.config)?;
-        self.cameras.restore(file, &self.device)?;
-        self.clock.restore(file, step)
+        self.cameras.restore(file, &self.device)
     }
 }

@@ -78,6 +78,11 @@ impl TrainableCloud {
         self.shading.as_ref().map(AdamGroup::values).unwrap_or_default()
     }
 
+    /// Makes colours constant.
+    pub(crate) fn forget_shading(&mut self) {
+        self.shading = None;
+    }
+
     /// The features of all Gaussians, row by row.
     pub(crate) fn features(&self) -> Vec<f32> {
         self.features.as_ref().map(AdamGroup::values).unwrap_or_default()

@@ -9,6 +9,7 @@ use crate::adam::AdamSteps;
 use crate::cloud_tensors::host_rows;
 use crate::source::density::Replaced;
 use crate::source::proposals::ProposalRound;
+use crate::source::shading::ShadingSchedule;
 use crate::source::snapshot::Snapshot;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians};
 
@@ -61,5 +62,16 @@ impl SourceTrainer<'_> {
         steps.add(&mut self.network, self.config.deformation_rate(iteration), network.grad_remove(gradients));
         steps.take();
         self.density.disturb(&mut self.cloud, self.clock.taken(), rates.means);
+    }
+
+    /// Gives brightness up after its trial, unless it is that of light.
+    pub(super) fn judge_brightness(&mut self, passed: &RangeInclusive<usize>) {
+        let log_gains = || self.cloud.shading();
+        let is_over =
+            |shading: &ShadingSchedule| shading.is_judged_in(passed) && !shading.is_smooth(&log_gains());
+        if self.shading.as_ref().is_some_and(is_over) {
+            self.shading = None;
+            self.cloud.forget_shading();
+        }
     }
 }
