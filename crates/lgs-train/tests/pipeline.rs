@@ -1,6 +1,8 @@
 //! The whole of training on a tiny scene: it learns, it resumes bit for bit from every stage, and threads do
 //! not change a byte.
 
+#[path = "common/kinds.rs"]
+mod kinds;
 #[path = "common/tiny.rs"]
 mod tiny;
 
@@ -8,6 +10,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use kinds::own_settings;
 use lgs_data::dataset::{Dataset, LoadOptions};
 use lgs_model::source::{SourceKind, load_source};
 use lgs_train::schedule::read_schedule;
@@ -53,29 +56,6 @@ fn tiny_config_with(kind: SourceKind, more: &[&str]) -> TrainConfig {
     let own = own_settings(kind);
     let settings: Vec<String> = settings.iter().chain(own).chain(more).map(|s| (*s).to_owned()).collect();
     TrainConfig::resolve(Preset::Quick, None, &settings).expect("config")
-}
-
-/// Nodes are chosen three times, with stops between them, and cameras refined, with stops before and after;
-/// brightness is learned before the last densification, with the two kinds that together have all stages, and
-/// given up between two stops with the third, after an iteration that lights a single moment.
-fn own_settings(kind: SourceKind) -> &'static [&'static str] {
-    let of_nodes = &[
-        "source.nodes.initial=12",
-        "source.nodes.most=16",
-        "source.nodes.interval=25",
-        "source.cameras.refine_exposure=on",
-        "source.cameras.refine_poses=on",
-        "source.cameras.pose_after=0.4",
-        "source.shading.times=3",
-        "source.shading.after=15",
-    ];
-    match kind {
-        SourceKind::Defgs => {
-            &["source.shading.times=16", "source.shading.after=40", "source.shading.trial=1"]
-        }
-        SourceKind::Nodes => of_nodes,
-        _ => &of_nodes[6..],
-    }
 }
 
 /// Trains in a folder; a stop is asked for after `stop_at` steps of a stage.

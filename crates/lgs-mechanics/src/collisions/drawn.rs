@@ -6,7 +6,6 @@ use crate::bands::{DrawnLaws, StartedLaw, changes, radius};
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::error::MechanicsError;
-use crate::law::Law;
 use crate::system::System;
 use crate::thresholds::{DRAWS, MOST_FRICTION};
 
@@ -93,7 +92,7 @@ impl Bounced {
         let n = self.start.v.len();
         let x = self.law.coordinates.retract(&self.start.x, &change[..n]);
         let v = self.start.v.iter().enumerate().map(|(i, v)| v + change[n + i]).collect();
-        let mut law: Law = self.law.clone();
+        let mut law = self.law.clone();
         for (i, (parameter, _)) in law.table().iter().enumerate() {
             let [lower, upper] = parameter.absolute_bounds();
             law.parameters[i] = (law.parameters[i] + change[2 * n + i]).clamp(lower, upper);

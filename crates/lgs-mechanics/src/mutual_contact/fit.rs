@@ -191,31 +191,20 @@ impl<'a> Fit<'a> {
         let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
         let count = values.len();
         let contact = MutualContact { deviations: [deviation(count - 2), deviation(count - 1)], ..contact };
-        let drawn = self.drawn(&values, (&covariance, spread));
+        let drawn = self.drawn(&values, &covariance);
         Some(SeenContact { bodies: places, contact, drawn, error: farthest / self.path })
     }
 
-    /// Contacts drawn around the likeliest values, from a covariance with errors whose variance is so many
-    /// times as large as it looks. What is at its bound is not normal: draws are accepted by how much less
-    /// likely the laws make them than their linearisation says.
-    fn drawn(&self, values: &[f64], (covariance, spread): (&DMatrix<f64>, f64)) -> Vec<MutualContact> {
-        let changed =
-            |change: &[f64]| -> Vec<f64> { values.iter().zip(change).map(|(v, d)| v + d).collect() };
-        let bounded = |values: Vec<f64>| -> Vec<f64> {
-            let each = values.into_iter().zip(&self.unknowns);
-            each.map(|(value, unknown)| value.clamp(unknown.lower, unknown.upper)).collect()
+    /// Contacts drawn around some values.
+    fn drawn(&self, values: &[f64], covariance: &DMatrix<f64>) -> Vec<MutualContact> {
+        let changes = changes(covariance, DRAWN_CONTACTS, (0, 0), &|_, _| 1.0);
+        let bounded = |((value, change), unknown): ((&f64, &f64), &Unknown)| {
+            (value + change).clamp(unknown.lower, unknown.upper)
         };
-        let loss = |values: &[f64]| Some(self.residuals(values)?.norm_squared() / spread);
-        let Some(least) = loss(values) else { return Vec::new() };
-        let probability = |change: &[f64], square: f64| {
-            let values = changed(change);
-            if bounded(values.clone()) != values {
-                return 0.0;
-            }
-            loss(&values).map_or(0.0, |loss| (0.5 * (square - (loss - least))).exp().min(1.0))
+        let changed = |change: &Vec<f64>| -> Vec<f64> {
+            values.iter().zip(change).zip(&self.unknowns).map(bounded).collect()
         };
-        let changes = changes(covariance, DRAWN_CONTACTS, (0, 0), &probability);
-        changes.iter().map(|change| self.contact(&bounded(changed(change)))).collect()
+        changes.iter().map(|change| self.contact(&changed(change))).collect()
     }
 }
 

@@ -107,8 +107,8 @@ pub struct ShadingConfig {
     pub times: usize,
     /// Brightness is learned from the iteration after this one on.
     pub after: usize,
-    /// Iterations of learning after which brightness is given up, unless it changes smoothly over time; 0 keeps
-    /// it whatever it is.
+    /// Iterations of learning after which brightness is given up, unless it changes smoothly over time;
+    /// 0 keeps it whatever it is.
     pub trial: usize,
     /// Weight of the mean squared logarithm of brightness, of the two times around an image's, in the share
     /// of the image that Gaussians cover.
@@ -122,7 +122,8 @@ pub struct ShadingConfig {
 }
 
 impl ShadingConfig {
-    /// Brightness from the middle of a schedule on, given up after an eighth of it unless it is that of light.
+    /// Brightness from the middle of a schedule on, given up after an eighth of it unless it is that of
+    /// light.
     #[must_use]
     pub fn tried(iterations: usize) -> Self {
         Self { times: 16, after: iterations / 2, trial: iterations / 8, ..Self::default() }

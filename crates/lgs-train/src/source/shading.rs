@@ -162,9 +162,9 @@ mod tests {
     #[test]
     fn light_changes_smoothly_and_errors_do_not() {
         let schedule = ShadingSchedule::new(&SourceConfig::quick(), [0.0, 1.0]).expect("a schedule");
-        let row = |value: &dyn Fn(f32) -> f32| (0..16).map(|k| value(k as f32)).collect::<Vec<f32>>();
-        let light = row(&|k| 0.3 + 0.02 * (0.4 * k).sin());
-        let errors = row(&|k| (131.7 * (k + 0.3)).sin());
+        let rows = |value: &dyn Fn(f32) -> f32| (0..32 * 16).map(|k| value(k as f32)).collect::<Vec<f32>>();
+        let light = rows(&|k| 0.3 + 0.02 * (0.4 * k).sin());
+        let errors = rows(&|k| 0.02 * (43_758.5 * (12.9 * (k + 0.3)).sin()).fract());
         assert!(schedule.is_smooth(&light) && !schedule.is_smooth(&errors));
         assert!(!schedule.is_smooth(&[0.0; 16]), "no brightness");
         assert!(schedule.is_judged_in(&(2500..=2501)) && !schedule.is_judged_in(&(2501..=2502)));
