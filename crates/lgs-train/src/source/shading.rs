@@ -1,5 +1,6 @@
 //! Learning how Gaussians are lit over time ([`lgs_model::Shading`]), beside their motion: what motion and
-//! constant colours explain is theirs, and brightness gets what is left.
+//! constant colours explain is theirs, and brightness gets what is left. On trial, nothing is drawn with what
+//! is learned, so that Gaussians and motion are those of constant colours if it is given up.
 
 use std::ops::RangeInclusive;
 
@@ -26,6 +27,7 @@ pub(super) struct StepShading {
     around: [Tensor<2>; 2],
     part: f32,
     weights: [f32; 2],
+    is_on_trial: bool,
 }
 
 impl ShadingSchedule {
@@ -54,12 +56,17 @@ impl ShadingSchedule {
         }
         let (before, part) = self.times.at(time);
         let around = [before, before + 1].map(|column| log_gains.clone().narrow(1, column, 1));
-        Some(StepShading { around, part, weights: self.weights })
+        Some(StepShading { around, part, weights: self.weights, is_on_trial: self.is_on_trial(iteration) })
     }
 
     /// Whether brightness is to be judged after some iterations.
     pub(super) fn is_judged_in(&self, iterations: &RangeInclusive<usize>) -> bool {
         self.judged_after.is_some_and(|judged| iterations.contains(&judged))
+    }
+
+    /// Whether nothing is drawn with brightness yet at an iteration.
+    pub(super) fn is_on_trial(&self, iteration: usize) -> bool {
+        self.judged_after.is_some_and(|judged| iteration <= judged)
     }
 
     /// Whether brightness has been judged by an iteration.
@@ -89,12 +96,14 @@ impl ShadingSchedule {
 }
 
 impl StepShading {
-    /// Gaussians in the colours that they have at the step's time.
+    /// Gaussians in the colours that they have at the step's time; on trial in constant ones, with the
+    /// gradient that brightness would have.
     pub(super) fn applied(&self, cloud: CloudTensors) -> CloudTensors {
         let [before, after] = self.around.clone();
         let log_gains = before.clone() + (after - before).mul_scalar(self.part);
+        let drawn = if self.is_on_trial { log_gains.clone() - log_gains.detach() } else { log_gains };
         let n = cloud.len();
-        cloud.lit(log_gains.exp().reshape([n]))
+        cloud.lit(drawn.exp().reshape([n]))
     }
 
     /// The loss with the cost of factors that are not one, and of their changes, in the share of the image
@@ -162,9 +171,9 @@ mod tests {
     #[test]
     fn light_changes_smoothly_and_errors_do_not() {
         let schedule = ShadingSchedule::new(&SourceConfig::quick(), [0.0, 1.0]).expect("a schedule");
-        let rows = |value: &dyn Fn(f32) -> f32| (0..32 * 16).map(|k| value(k as f32)).collect::<Vec<f32>>();
-        let light = rows(&|k| 0.3 + 0.02 * (0.4 * k).sin());
-        let errors = rows(&|k| 0.02 * (43_758.5 * (12.9 * (k + 0.3)).sin()).fract());
+        let row = |value: &dyn Fn(f32) -> f32| (0..16).map(|k| value(k as f32)).collect::<Vec<f32>>();
+        let light = row(&|k| 0.3 + 0.02 * (0.4 * k).sin());
+        let errors = row(&|k| 0.002 * (7.0 * k % 16.0));
         assert!(schedule.is_smooth(&light) && !schedule.is_smooth(&errors));
         assert!(!schedule.is_smooth(&[0.0; 16]), "no brightness");
         assert!(schedule.is_judged_in(&(2500..=2501)) && !schedule.is_judged_in(&(2501..=2502)));

@@ -104,7 +104,8 @@ impl<'a> SourceTrainer<'a> {
     #[must_use]
     pub fn model(&self) -> Box<dyn SourceModel> {
         let moved = self.motion.model(self.drawn());
-        match &self.shading {
+        let on_trial = |shading: &&ShadingSchedule| shading.is_on_trial(self.clock.iteration());
+        match self.shading.as_ref().filter(|shading| !on_trial(shading)) {
             Some(shading) => Box::new(ShadedSource::new(moved, shading.learned(&self.cloud))),
             None => moved,
         }

@@ -78,6 +78,13 @@ impl TrainableCloud {
         self.shading.as_ref().map(AdamGroup::values).unwrap_or_default()
     }
 
+    /// Makes all factors of colours one, and forgets their moments.
+    pub(crate) fn restart_shading(&mut self) {
+        if let Some(group) = &mut self.shading {
+            group.replace(group.value().zeros_like());
+        }
+    }
+
     /// Makes colours constant.
     pub(crate) fn forget_shading(&mut self) {
         self.shading = None;

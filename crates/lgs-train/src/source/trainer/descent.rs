@@ -9,7 +9,6 @@ use crate::adam::AdamSteps;
 use crate::cloud_tensors::host_rows;
 use crate::source::density::Replaced;
 use crate::source::proposals::ProposalRound;
-use crate::source::shading::ShadingSchedule;
 use crate::source::snapshot::Snapshot;
 use crate::trainable_cloud::{CloudGradients, CloudLeaves, NewGaussians};
 
@@ -64,12 +63,14 @@ impl SourceTrainer<'_> {
         self.density.disturb(&mut self.cloud, self.clock.taken(), rates.means);
     }
 
-    /// Gives brightness up after its trial, unless it is that of light.
+    /// After its trial brightness begins anew if it is that of light, and is given up if not.
     pub(super) fn judge_brightness(&mut self, passed: &RangeInclusive<usize>) {
-        let log_gains = || self.cloud.shading();
-        let is_over =
-            |shading: &ShadingSchedule| shading.is_judged_in(passed) && !shading.is_smooth(&log_gains());
-        if self.shading.as_ref().is_some_and(is_over) {
+        let Some(shading) = self.shading.as_ref().filter(|shading| shading.is_judged_in(passed)) else {
+            return;
+        };
+        if shading.is_smooth(&self.cloud.shading()) {
+            self.cloud.restart_shading();
+        } else {
             self.shading = None;
             self.cloud.forget_shading();
         }
