@@ -26,6 +26,7 @@ fn trained(dataset: &Dataset, device: &Device) -> [Vec<f32>; 2] {
         "source.initial_gaussians=200".to_owned(),
         "source.shading.times=4".to_owned(),
         format!("source.shading.after={CONSTANT}"),
+        "source.shading.trial=0".to_owned(),
     ];
     let config = TrainConfig::resolve(Preset::Quick, None, &settings).expect("config");
     assert_eq!(config.source.kind, SourceKind::Defgs);

@@ -69,6 +69,7 @@ fn config(kind: SourceKind, iterations: usize, more: &[&str]) -> TrainConfig {
         "source.densify.max_gaussians=400".to_owned(),
         "source.shading.times=4".to_owned(),
         "source.shading.after=40".to_owned(),
+        "source.shading.trial=0".to_owned(),
         "fit_dynamics.steps=1".to_owned(),
         "fit_dynamics.frames=4".to_owned(),
         "refine_gaussians.iterations=24".to_owned(),

@@ -128,6 +128,7 @@ mod tests {
         let mut config = SourceConfig::quick();
         config.shading.times = 3;
         config.shading.after = 10;
+        config.shading.trial = 0;
         ShadingSchedule::new(&config, [0.0, 1.0]).expect("a schedule")
     }
 
@@ -143,6 +144,23 @@ mod tests {
         let found = schedule.at(11, 0.35, &columns).expect("due").applied(tensors).cloud(0);
         Shading::new(schedule.times, log_gains.to_vec()).shade(&mut cloud, 0.35);
         assert!(found.sh.iter().zip(&cloud.sh).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} {cloud:?}");
+    }
+
+    #[test]
+    fn on_trial_colours_are_constant_and_brightness_has_its_gradient() {
+        let device = DeviceName::Cpu.device().autodiff();
+        let cloud = GaussianCloud::isotropic(vec![[0.1, 0.2, 0.3]; 2], 0.1, [0.2, 0.5, 0.8], 0.6);
+        let log_gains = Tensor::<1>::from_floats([0.3, -0.2, 0.1, 0.0, 0.5, -0.7], &device).reshape([2, 3]);
+        let log_gains = log_gains.require_grad();
+        let on_trial = ShadingSchedule { judged_after: Some(20), ..schedule() };
+        let tensors = CloudTensors::new(&cloud, &device);
+        let lit = on_trial.at(20, 0.0, &log_gains).expect("due").applied(tensors);
+        assert_eq!(lit.cloud(0).sh, cloud.sh);
+        let gradients = lit.sh.sum().backward();
+        assert!(
+            values(&log_gains.grad(&gradients).expect("a gradient").reshape([6])).iter().any(|g| *g > 0.0)
+        );
+        assert!(on_trial.is_on_trial(20) && !on_trial.is_on_trial(21));
     }
 
     #[test]

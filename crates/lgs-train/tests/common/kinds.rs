@@ -15,6 +15,7 @@ pub(crate) fn own_settings(kind: SourceKind) -> &'static [&'static str] {
         "source.cameras.pose_after=0.4",
         "source.shading.times=3",
         "source.shading.after=15",
+        "source.shading.trial=0",
     ];
     match kind {
         SourceKind::Defgs => {
