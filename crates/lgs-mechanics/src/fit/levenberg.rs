@@ -45,7 +45,7 @@ pub trait Problem {
     }
 }
 
-/// Derivatives of a problem's residuals by differences.
+/// Derivatives of a problem's residuals by central differences, one-sided at bounds.
 #[must_use]
 pub fn finite_differences<P: Problem + ?Sized>(
     problem: &P,
