@@ -30,6 +30,12 @@ impl Clock {
         Self { length, place: 0.0, pace: 1.0, taken: 0 }
     }
 
+    /// The start of another schedule after the steps taken so far, at the pace of these.
+    #[must_use]
+    pub(crate) fn begun_again(&self, length: usize) -> Self {
+        Self { length, place: 0.0, ..*self }
+    }
+
     /// Takes a step; returns the steps of the schedule that it completes, counted from 1.
     pub fn advance(&mut self) -> RangeInclusive<usize> {
         let before = self.place;

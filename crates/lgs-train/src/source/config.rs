@@ -40,6 +40,9 @@ pub struct SourceConfig {
     pub window_steps: usize,
     /// Iterations per step of the window (FreeGave: 1000).
     pub window_interval: usize,
+    /// Factor by which the window grows more slowly in another attempt, where the images say that the motion
+    /// does not follow what moves; 0: there is none (paper).
+    pub slower_growth: usize,
     /// While the window grows, frames are drawn one by one, and this share of them from the newest twentieth
     /// of the whole (paper: 0, all frames of the window in turn). Motion is then followed in small steps.
     pub front_share: f32,

@@ -11,6 +11,7 @@ mod densify;
 mod density;
 mod first_window;
 mod flown;
+mod following;
 mod guide;
 mod image_levels;
 mod initial;

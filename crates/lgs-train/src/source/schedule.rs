@@ -88,17 +88,54 @@ impl SourceConfig {
     /// Whether the time window is growing at an iteration: after the warm-up, before it is whole.
     #[must_use]
     pub fn is_growing(&self, iteration: usize) -> bool {
-        let grown = self.window_interval.saturating_mul(self.window_steps.saturating_sub(1));
-        !self.is_warmup(iteration) && iteration < self.warmup_iterations + grown
+        !self.is_warmup(iteration) && iteration < self.end_of_growth()
+    }
+
+    /// Iterations over which the time window grows.
+    fn growth(&self) -> usize {
+        self.window_interval.saturating_mul(self.window_steps.saturating_sub(1))
+    }
+
+    /// The first iteration whose time window is whole.
+    pub(super) fn end_of_growth(&self) -> usize {
+        self.warmup_iterations.saturating_add(self.growth())
+    }
+
+    /// The first iteration whose images have their full size.
+    pub(super) fn end_of_coarse_images(&self) -> usize {
+        (f64::from(self.coarse_share) * self.iterations as f64).ceil() as usize
+            * usize::from(self.coarse_levels > 0)
+    }
+
+    /// The schedule of another attempt, with a window that grows more slowly and everything after its growth
+    /// as long as before.
+    pub(super) fn growing_slower(&self) -> Self {
+        let more = self.growth() * self.slower_growth.saturating_sub(1);
+        let mut slower = self.clone();
+        slower.window_interval *= self.slower_growth;
+        slower.slower_growth = 0;
+        // The same number of coarse images.
+        slower.coarse_share *= self.iterations as f32 / (self.iterations + more) as f32;
+        let (rates, densify) = (&mut slower.learning_rates, &mut slower.densify);
+        let counts = [
+            &mut slower.iterations,
+            &mut slower.static_regulariser_after,
+            &mut slower.shading.after,
+            &mut rates.position_steps,
+            &mut rates.deformation_steps,
+            &mut densify.before,
+        ];
+        for count in counts.into_iter().filter(|count| **count >= self.end_of_growth()) {
+            *count += more;
+        }
+        slower
     }
 
     /// Weight of the guidance by silhouettes at an iteration: whole while the time window grows, then falling
     /// to 0 at the end.
     #[must_use]
     pub fn guide_weight(&self, iteration: usize) -> f32 {
-        let grown = (self.warmup_iterations
-            + self.window_interval.saturating_mul(self.window_steps.saturating_sub(1)))
-        .min(self.iterations);
+        let grown = self.end_of_growth().min(self.iterations);
         let left = self.iterations.saturating_sub(iteration) as f32 / (self.iterations - grown).max(1) as f32;
         self.guide.weight * left.min(1.0)
     }

@@ -1,21 +1,18 @@
 //! One iteration of source training, and the state that a checkpoint needs to continue with the same results.
 
+mod attempts;
 mod descent;
 
 use burn::tensor::{Device, Tensor};
 use lgs_data::dataset::{Dataset, Frame};
-use lgs_model::source::{
-    Canonical, Captured, InputFrame, Learned, Moment, ShadedSource, SourceModel, SourceMotion,
-};
+use lgs_model::source::{Canonical, Learned, Moment, ShadedSource, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
 use super::background::Background;
 use super::config::SourceConfig;
 use super::density::DensityControl;
-use super::flown::{carried, things_in_flight};
-use super::guide::Guide;
+use super::following::Following;
 use super::image_levels::ImageLevels;
-use super::initial::initial_cloud;
 use super::order::FrameOrder;
 use super::priors::MotionPriors;
 use super::proposals::Proposals;
@@ -35,6 +32,12 @@ use crate::view::{Sensor, View};
 
 /// The state of training a source model between two iterations.
 pub struct SourceTrainer<'a> {
+    dataset: &'a Dataset,
+    seed: u64,
+    /// Whether an attempt with a window that grew faster was given up.
+    is_another_attempt: bool,
+    /// Until it is known whether the motion follows what moves.
+    following: Option<Following>,
     images: ImageLevels<'a>,
     background: Background,
     config: SourceConfig,
@@ -65,39 +68,8 @@ impl<'a> SourceTrainer<'a> {
         seed: u64,
         device: &Device,
     ) -> Result<Self, TrainError> {
-        let frames = dataset.split("train");
         let data = DataSummary::of(dataset).ok_or_else(|| TrainError::NoFrames(dataset.root.clone()))?;
-        let config = config.resolved(&data);
-        let guide = Guide::new(dataset, &config.guide);
-        let things = things_in_flight(dataset, &config.guide);
-        let cloud = initial_cloud(dataset, &config, (guide.tracks(), &things), seed);
-        let is_normalised = config.deformation.normalised_positions;
-        let frame = if is_normalised { InputFrame::around(&cloud.means) } else { InputFrame::IDENTITY };
-        let order = FrameOrder::new(frames, &config, seed);
-        let captured = Captured { frame, time_window: order.span().1, seed };
-        let moved = config.kind.motion(&config.motion(), captured);
-        let motion = carried(moved.ok_or(TrainError::NotTrained(config.kind))?, (&things, guide.tracks()));
-        let smoothing = Smoothing::asked(frames, config.antialias, &cloud.means);
-        let shading = ShadingSchedule::new(&config, order.span().into());
-        let times = shading.as_ref().map_or(0, ShadingSchedule::columns);
-        let cloud = TrainableCloud::new(&cloud, device).with_columns(motion.features(), times);
-        Ok(Self {
-            order,
-            images: ImageLevels::new(frames),
-            background: Background::new(dataset, config.random_background, seed),
-            clock: Clock::new(config.iterations),
-            density: DensityControl::new(dataset, &config.densify, &cloud, seed),
-            network: AdamGroup::new(motion.init(seed), [motion.parameters()], device),
-            proposals: Proposals::new(dataset, seed),
-            smoothing,
-            shading,
-            cloud,
-            motion,
-            priors: MotionPriors::new(guide, dataset.extent(), &config, device),
-            cameras: CameraRefinement::new(dataset, &config.cameras, config.iterations, device),
-            config,
-            device: device.clone(),
-        })
+        Self::begun(dataset, config.resolved(&data), seed, device)
     }
 
     /// The model as it is now.
@@ -252,6 +224,7 @@ impl Trainer for SourceTrainer<'_> {
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend((&leaves, &network), &mut gradients, passed.clone());
         self.judge_brightness(&passed);
+        self.judge_motion(&passed, &compared.mse);
         StepReport::on_device(&compared.loss, &[compared.mse])
     }
 
@@ -266,10 +239,12 @@ impl Trainer for SourceTrainer<'_> {
         self.smoothing.insert_into(&mut file);
         self.order.insert_into(&mut file);
         self.cameras.insert_into(&mut file);
+        self.insert_attempt_into(&mut file);
         file
     }
 
     fn restore(&mut self, file: &TensorFile, step: usize) -> Result<(), TensorFileError> {
+        self.restore_attempt(file)?;
         self.clock.restore(file, step)?;
         let (iteration, mut names) = (self.clock.iteration(), file.names());
         let is_kept = names.any(|name| name.starts_with("canonical.shading"));

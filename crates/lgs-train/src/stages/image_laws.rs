@@ -18,6 +18,7 @@ use super::image_hits::{Telling, Told, hits_by_others};
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::{LawChoice, Sought, own_law, take, turn_shapes};
 use super::newton::squared_error_of;
+use super::pose_search::displacements;
 use super::recorded_bodies::{
     bodies_of, has_law, has_parts, recorded, with_poses_of_images, with_recorded_bodies,
 };
@@ -48,7 +49,7 @@ pub(super) fn with_laws_of_images(
     let recorded = with_recorded_bodies(&scene, &offered, &times);
     let poses = ImagePoses::new(&recorded, &times);
     let (offered, parts): (Vec<usize>, Vec<Vec<Part>>) = offered.into_iter().unzip();
-    let found = poses.displacements(&parts.concat(), frames);
+    let found = displacements(&poses, &parts.concat(), frames);
     let mut found = found.iter();
     let found: Vec<Vec<&Vec<Found>>> =
         parts.iter().map(|parts| found.by_ref().take(parts.len()).collect()).collect();

@@ -4,20 +4,17 @@
 use std::ops::Range;
 
 use glam::{DMat3, DQuat, DVec3};
+use lgs_core::GaussianCloud;
 use lgs_core::geometry::{components, fit_rotation, narrow, nearest_rotation, outer, quaternion, wide};
 use lgs_core::linear::{norm, quat_mul, sub};
-use lgs_core::{GaussianCloud, psnr_of_mse};
 use lgs_data::dataset::Frame;
 use lgs_distill::BodyPoses;
 use lgs_dynamics::{Edit, Reversal};
 use lgs_model::{LagrangianScene, Motion, SceneState, mapped_shape};
-use rayon::prelude::*;
 
 use super::displacement::Pose;
 use super::image_displacement::{Found, deviations};
 use super::initial_pose::mean;
-use super::observation::{Changes, Normal, Observation, observe};
-use super::thresholds::{CORRELATED_VALUES, FEWEST_ROUNDS, MOST_ROUNDS, PROGRESS};
 
 /// The motion of a scene at some times, and its bodies as images show them there.
 pub(super) struct ImagePoses<'a> {
@@ -42,41 +39,15 @@ impl<'a> ImagePoses<'a> {
         Self { scene, times, states: times.iter().map(|&time| motion.state_at(time)).collect() }
     }
 
-    /// Displacements of some bodies, by body and time.
-    pub(super) fn displacements(&self, bodies: &[Part], frames: &[&Frame]) -> Vec<Vec<Found>> {
+    /// The Gaussians by the scene's motion, by time.
+    pub(super) fn clouds(&self) -> Vec<GaussianCloud> {
         let at = |(state, &time)| self.scene.cloud_at(state, time);
-        let clouds: Vec<GaussianCloud> = self.states.iter().zip(self.times).map(at).collect();
-        let times = 0..self.times.len();
-        let mut found = vec![vec![Found::STILL; times.len()]; bodies.len()];
-        let mut latest = f64::INFINITY;
-        for round in 0..MOST_ROUNDS {
-            let poses: Vec<Vec<Pose>> =
-                times.clone().map(|at| self.poses(bodies, &clouds[at], (&found, at))).collect();
-            let moved: Vec<GaussianCloud> =
-                times.clone().map(|at| self.moved(&clouds[at], bodies, (&found, at))).collect();
-            let at = |frame: &Frame| self.times.partition_point(|&time| time < frame.time.max(0.0));
-            let observe = |frame: &&Frame| {
-                let (moved, poses) = (&moved[at(frame)], &poses[at(frame)]);
-                observe(frame, moved, poses, self.scene.background, Changes::Derivatives)
-            };
-            let observed: Vec<Observation> = frames.par_iter().map(observe).collect();
-            let values: f64 = frames.iter().map(|frame| 3.0 * frame.pixels.counted() as f64).sum();
-            let squared: f64 = observed.iter().map(|o| o.squared_error).sum();
-            let mse = squared / values;
-            tracing::debug!(psnr = psnr_of_mse(mse), "poses from images");
-            if round >= FEWEST_ROUNDS && squared > (1.0 - PROGRESS) * latest {
-                break;
-            }
-            latest = squared;
-            for (body, found) in found.iter_mut().enumerate() {
-                for (time, found) in found.iter_mut().enumerate() {
-                    let own = frames.iter().zip(&observed).filter(|(frame, _)| at(frame) == time);
-                    let normals: Vec<&Normal> = own.map(|(_, o)| &o.normals[body]).collect();
-                    found.refine(&normals, &poses[time][body], 1.0 / (CORRELATED_VALUES * mse));
-                }
-            }
-        }
-        found
+        self.states.iter().zip(self.times).map(at).collect()
+    }
+
+    /// Index of a frame's time.
+    pub(super) fn time_of(&self, frame: &Frame) -> usize {
+        self.times.partition_point(|&time| time < frame.time.max(0.0))
     }
 
     /// Root mean square over times and Gaussians of what a body's poses leave of the scene's own motion of
@@ -143,8 +114,13 @@ impl<'a> ImagePoses<'a> {
         (DMat3::from_quat(if fit.curvature.is_some() { fit.rotation } else { own() }), from, to)
     }
 
+    /// The colour behind all Gaussians.
+    pub(super) fn background(&self) -> [f32; 3] {
+        self.scene.background
+    }
+
     /// The bodies where they have been found at a time; `cloud` is that of the scene's motion.
-    fn poses(
+    pub(super) fn poses(
         &self,
         bodies: &[Part],
         cloud: &GaussianCloud,
@@ -163,7 +139,7 @@ impl<'a> ImagePoses<'a> {
     }
 
     /// A cloud with all bodies where they have been found at a time.
-    fn moved(
+    pub(super) fn moved(
         &self,
         cloud: &GaussianCloud,
         bodies: &[Part],

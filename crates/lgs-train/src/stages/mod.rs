@@ -31,6 +31,7 @@ mod object_tensors;
 mod observation;
 mod observed_motion;
 mod opacity_prior;
+mod pose_search;
 mod recorded_bodies;
 mod recorder;
 mod spread;
