@@ -108,9 +108,6 @@ impl SourceConfig {
             random_background: 0.0,
             ssim_weight: 0.2,
             deformation: DeformationConfig::quick(),
-            velocity: None,
-            advection: None,
-            nodes: None,
             cameras: CamerasConfig::default(),
             shading: ShadingConfig::tried(iterations),
             learning_rates: LearningRates::quick(),
@@ -119,6 +116,7 @@ impl SourceConfig {
             guide: GuideConfig { weight: 3.0, rotations: false, below_images_per_time: 3.0, flights: true },
             static_regulariser: 0.05,
             static_regulariser_after: iterations * 2 / 3,
+            ..Self::paper()
         }
     }
 
