@@ -142,11 +142,14 @@ pub(crate) const COMPANIONS: usize = 6;
 pub(crate) const DEPTHS: usize = 96;
 /// Part of the warm-up, its last, whose images tell how well the start is shown.
 pub(crate) const PART_OF_WARMUP: f64 = 0.125;
-/// Part of a schedule over which errors of images are averaged: 160 images of the shortest, whose mean is
-/// known to a twentieth.
+/// Part of a schedule over whose iterations errors of images are averaged: 160 of the shortest, some images
+/// of every camera and of every stretch of time.
 pub(crate) const SHARE_OF_MEANS: f64 = 0.04;
-/// Parts of a schedule after which the images are seen again and judged, once the window is whole.
+/// Part of a schedule after which the images are seen again, once the window is whole: what is followed has
+/// recovered from the last step of the window by then.
 pub(crate) const SEEN_AGAIN_AFTER: f64 = 0.1;
+/// Part of a schedule after which the motion is judged, counted likewise, long enough after that for
+/// what is followed to have become better by a quarter at least.
 pub(crate) const JUDGED_AFTER: f64 = 0.25;
 /// Error of the images, over that of the start, from which a motion may not be followed, and …
 pub(crate) const FAR_ABOVE_START: f64 = 4.0;
@@ -154,7 +157,8 @@ pub(crate) const FAR_ABOVE_START: f64 = 4.0;
 /// four times that of the start or more fell to 0.25 to 0.74; in the one that did not, it stayed
 /// (docs/experiments.md).
 pub(crate) const MOST_LEFT_IF_FOLLOWED: f64 = 0.85;
-/// Pace of a schedule under a budget from which there is no time for another attempt.
+/// Pace of a schedule under a budget from which there is no time for another attempt: it has a schedule half
+/// as long again and half of the time left, and would go on at two to three times this pace.
 pub(crate) const HASTY_PACE: f64 = 1.25;
 /// Mean squared change of brightness between neighbouring times over its variance, above which it is no
 /// light. Values without order in time have two; after a trial of 500 iterations it was 0.16 to 0.23 for

@@ -117,6 +117,7 @@ impl SourceConfig {
         // The same number of coarse images.
         slower.coarse_share *= self.iterations as f32 / (self.iterations + more) as f32;
         let (rates, densify) = (&mut slower.learning_rates, &mut slower.densify);
+        let of_nodes = slower.nodes.as_mut().map(|nodes| &mut nodes.chosen_before);
         let counts = [
             &mut slower.iterations,
             &mut slower.static_regulariser_after,
@@ -125,7 +126,7 @@ impl SourceConfig {
             &mut rates.deformation_steps,
             &mut densify.before,
         ];
-        for count in counts.into_iter().filter(|count| **count >= self.end_of_growth()) {
+        for count in counts.into_iter().chain(of_nodes).filter(|count| **count >= self.end_of_growth()) {
             *count += more;
         }
         slower
@@ -176,6 +177,20 @@ mod tests {
             SourceConfig { coarse_levels: 2, coarse_share: 0.5, iterations: 100, ..SourceConfig::paper() };
         assert_eq!([1, 24, 25, 49, 50, 100].map(|i| config.level(i)), [2, 2, 1, 1, 0, 0]);
         assert_eq!(SourceConfig::paper().level(1), 0);
+    }
+
+    #[test]
+    fn another_attempt_grows_slower_and_is_as_long_after_that() {
+        let first = SourceConfig::nodes_quick();
+        let slower = first.growing_slower();
+        assert_eq!(slower.end_of_growth() - slower.warmup_iterations, 4 * 29 * 20);
+        let after = |config: &SourceConfig| {
+            let nodes = config.nodes.as_ref().map_or(0, |nodes| nodes.chosen_before);
+            let counts = [config.iterations, config.densify.before, config.shading.after, nodes];
+            counts.map(|count| count - config.end_of_growth())
+        };
+        assert_eq!(after(&slower), after(&first));
+        assert_eq!((slower.densify.after, slower.slower_growth), (first.densify.after, 0));
     }
 
     #[test]

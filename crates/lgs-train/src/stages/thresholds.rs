@@ -32,8 +32,9 @@ pub(super) const FEWEST_ROUNDS: usize = 2;
 pub(super) const MOST_ROUNDS: usize = 8;
 /// Rounds go on while each lowers the squared error of the images by this part.
 pub(super) const PROGRESS: f64 = 0.02;
-/// Squared error of the images of a time, over that of the time before, from which its poses are lost: images
-/// that are as well explained differ by less, also where each time has one view of its own.
+/// Squared error of the images of a time, over that of the time before, above which its poses are tried from
+/// those of that time. Where views differ so much by themselves, trying costs time alone: what does not draw
+/// the images better is not taken.
 pub(super) const LOST_POSES: f64 = 2.0;
 /// Standard deviation of the weak prior on a displacement, in radii and radians: what no image shows, such as
 /// the rotation of a plain ball, stays as the motion had it.

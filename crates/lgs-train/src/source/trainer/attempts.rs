@@ -111,7 +111,7 @@ impl<'a> SourceTrainer<'a> {
     fn begin_again(&mut self) {
         let config = self.config.growing_slower();
         let clock = self.clock.begun_again(config.iterations);
-        // The dataset has frames: training has begun with them.
+        // It can be begun: the kind of source model is trained from images, as training has shown.
         if let Ok(trainer) = Self::begun(self.dataset, config, self.seed, &self.device) {
             *self = Self { clock, is_another_attempt: true, ..trainer };
         }
@@ -129,12 +129,9 @@ impl<'a> SourceTrainer<'a> {
         if file.metadata_json::<u8>(ATTEMPTS)? > 0 && !self.is_another_attempt {
             self.begin_again();
         }
-        match self.following.take() {
-            Some(mut following) if following.is_in(file) => {
-                following.restore(file, &self.device)?;
-                self.following = Some(following);
-            }
-            _ => {}
+        self.following.take_if(|following| !following.is_in(file));
+        if let Some(following) = &mut self.following {
+            following.restore(file, &self.device)?;
         }
         Ok(())
     }
