@@ -178,6 +178,8 @@ pub(crate) const MOST_GEOMETRIES: usize = 24;
 /// Deviation of a constant of the inertia, over that of its prior, below which poses tell of it: they have
 /// then taken away a fifth of its variance.
 pub(crate) const TOLD: f64 = 0.9;
+/// Part of an unknown's deviation by which it is found how the unknown moves the poses.
+pub(crate) const PROBED_DEVIATIONS: f64 = 0.1;
 /// Typical changes in that fit, in standard deviations of what is changed.
 pub(crate) const SCALE_DEVIATIONS: f64 = 10.0;
 /// Score behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.

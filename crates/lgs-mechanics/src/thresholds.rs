@@ -7,6 +7,12 @@
 pub(crate) const CORRELATIONS: usize = 20;
 /// Difference of two values of ρ.
 pub(crate) const CORRELATION_STEP: f64 = 0.05;
+/// Change of a coordinate by a deviation of an unknown, over all that a fit has left of the coordinate, below
+/// which the fit cannot have taken up noise by it.
+pub(crate) const NOT_TAKEN_UP: f64 = 0.1;
+/// Fewest directions of a coordinate that a fit must have left free, or its residuals tell nothing: the
+/// deviation is then known to a third.
+pub(crate) const FEWEST_LEFT: usize = 5;
 /// Values of `r` that are tried: from motions that are nearly parabolas to ones that need every polynomial.
 pub(crate) const DECAYS: [f64; 9] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97];
 /// Polynomials whose coefficients are free: position and velocity.

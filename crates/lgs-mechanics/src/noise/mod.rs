@@ -6,12 +6,14 @@
 //! and the variance account for what the path takes up of the noise. Everything is in units of the track, and
 //! nothing depends on them.
 
+mod left;
 mod polynomial;
 mod sampling;
 mod smooth;
 #[cfg(test)]
 mod tests;
 
+pub use left::LeftNoise;
 pub use sampling::{SampleTimes, Sampling};
 pub use smooth::SmoothPath;
 

@@ -128,7 +128,7 @@ impl Basis {
 }
 
 /// Rows freed of their correlation: innovations in units of the noise's own variance.
-fn freed(rows: &DMatrix<f64>, scales: &[[f64; 2]]) -> DMatrix<f64> {
+pub(super) fn freed(rows: &DMatrix<f64>, scales: &[[f64; 2]]) -> DMatrix<f64> {
     let mut found = rows.clone();
     for (k, [scale, correlation]) in scales.iter().enumerate().skip(1) {
         found.row_mut(k).copy_from(&((rows.row(k) - rows.row(k - 1) * *correlation) * *scale));
@@ -143,7 +143,7 @@ fn fits(basis: &Basis, tracks: &[DVector<f64>]) -> (f64, Vec<Fit>) {
 }
 
 /// Number of the value of ρ that is nearest to its mean under the likelihood.
-fn mean_correlation(likelihoods: &[f64]) -> usize {
+pub(super) fn mean_correlation(likelihoods: &[f64]) -> usize {
     let best = likelihoods.iter().copied().fold(f64::INFINITY, f64::min);
     let weights = likelihoods.iter().map(|likelihood| (0.5 * (best - likelihood)).exp());
     let (sum, total) = weights

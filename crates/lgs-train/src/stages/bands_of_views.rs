@@ -7,8 +7,8 @@
 //! jackknife, to first order), and how far these forecasts part widens the band.
 //!
 //! What all views have in common is Gaussians that were tuned to a motion that was off. They hold the poses
-//! back to it, so that as much is left to be put right as the last choice has put right within the window.
-//! Nor is a place ever known better than images resolve it, however many values they have.
+//! back to it, so that as much is left to be put right as the last choice has put right, at any time. Nor is
+//! a place ever known better than images resolve it, however many values they have.
 
 use lgs_core::geometry::wide;
 use lgs_core::{Stream, holding, stream};
@@ -20,9 +20,7 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
 use super::body::Positions;
 use super::newton::Newton;
-use super::thresholds::{
-    DRAWS_OF_FORECASTS, FEWEST_VIEWS, FORECAST_PROBE, MOST_GROUPS, PARTICLES_OF_BAND, WINDOW_TIMES,
-};
+use super::thresholds::{DRAWS_OF_FORECASTS, FEWEST_VIEWS, FORECAST_PROBE, MOST_GROUPS, PARTICLES_OF_BAND};
 
 /// The scene with the bands of its laws as wide as the disagreement of views asks for, the difference from
 /// the motion that it had `before`, with the same Gaussians, and the length that its images resolve, world
@@ -36,10 +34,9 @@ pub(super) fn with_bands_of_views(
     let Some(groups) = groups_of(frames).filter(|_| scene.objects.iter().any(has_band)) else {
         return scene;
     };
-    let newton = Newton::new(&scene, seed);
+    let (newton, chosen) = (Newton::new(&scene, seed), scene.clone());
     let changes = newton.without_each(&scene, frames, &groups);
     let window = f64::from(scene.motion.time_window);
-    let corrected = corrections(&scene, before);
     for (object, changes) in changes.iter().enumerate() {
         if !has_band(&scene.objects[object]) {
             continue;
@@ -49,11 +46,13 @@ pub(super) fn with_bands_of_views(
         let times = known.band.times.clone();
         let forecasts = Forecasts::new(&newton, object, changes, &times);
         let apart = forecasts.radius(&mut stream(seed, "bands of views", object as u64));
-        let radius = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
-        let mut radius: Vec<f64> = radius.zip(&apart).map(|(radius, apart)| radius.hypot(*apart)).collect();
-        let widening = widening((&times, &radius), window, corrected[object]);
-        radius.iter_mut().for_each(|radius| *radius = resolved.hypot(*radius * widening));
-        tracing::debug!(object, ?apart, corrected = corrected[object], widening, ?radius, "bands of views");
+        let corrected = corrections([&chosen, before], object, &times);
+        let own = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
+        let parts = own.zip(apart.iter().zip(&corrected));
+        let radius: Vec<f64> = parts
+            .map(|(own, (apart, corrected))| resolved.hypot(own).hypot(*apart).hypot(*corrected))
+            .collect();
+        tracing::debug!(object, own = ?known.band.radius, ?apart, ?corrected, "bands of views");
         let verdict = known.verdict;
         known.take_band(law, (&times, &radius), window, forecasts.path(&times, window));
         // What did not explain the motion before does not do so for a wider band.
@@ -64,32 +63,22 @@ pub(super) fn with_bands_of_views(
     scene
 }
 
-/// How far the Gaussians of each object are from where another motion of the scene has them within the
-/// window: root mean square, world units.
-fn corrections(scene: &LagrangianScene, before: &LagrangianScene) -> Vec<f64> {
+/// How far a scene has the Gaussians of an object at some times from where it had them before: root mean
+/// square, world units. Where it had no law of the object, it said nothing of times outside of the window.
+fn corrections([now, before]: [&LagrangianScene; 2], object: usize, times: &[f64]) -> Vec<f64> {
+    let had_law = has_band(&before.objects[object]);
+    let window = f64::from(now.motion.time_window);
+    let members = &now.objects[object].members;
     let [mut now, mut then] =
-        [scene, before].map(|scene| Motion::new(scene, Edit::default(), Reversal::default()));
-    let mut squares = vec![0.0; scene.objects.len()];
-    for step in 0..=WINDOW_TIMES {
-        let time = scene.motion.time_window * step as f32 / WINDOW_TIMES as f32;
+        [now, before].map(|scene| Motion::new(scene, Edit::default(), Reversal::default()));
+    let at = |&time: &f64| {
+        let time = if had_law { time } else { time.clamp(0.0, window) } as f32;
         let [now, then] = [now.state_at(time).q, then.state_at(time).q];
-        for (square, object) in squares.iter_mut().zip(&scene.objects) {
-            let of_row = |row: usize| wide(now[row]).distance_squared(wide(then[row]));
-            *square += object.members.clone().map(of_row).sum::<f64>();
-        }
-    }
-    let mean = |(square, object): (&f64, &ObjectModel)| {
-        (square / ((WINDOW_TIMES + 1) * object.members.len().max(1)) as f64).sqrt()
+        let square = |row: usize| wide(now[row]).distance_squared(wide(then[row]));
+        let apart = (members.clone().map(square).sum::<f64>() / members.len().max(1) as f64).sqrt();
+        if apart.is_finite() { apart } else { f64::INFINITY }
     };
-    squares.iter().zip(&scene.objects).map(mean).collect()
-}
-
-/// By how much a band has to be wider everywhere, so that it holds a distance within the window.
-fn widening((times, radius): (&[f64], &[f64]), window: f64, distance: f64) -> f64 {
-    let inside = times.iter().zip(radius).filter(|(time, _)| (0.0..=window).contains(*time));
-    let (sum, count) = inside.fold((0.0, 0.0), |(sum, count), (_, r)| (sum + r * r, count + 1.0));
-    let own = (sum / f64::max(count, 1.0)).sqrt();
-    if own > 0.0 && own.is_finite() { (distance / own).hypot(1.0) } else { 1.0 }
+    times.iter().map(at).collect()
 }
 
 /// Whether an object follows a law with a band.

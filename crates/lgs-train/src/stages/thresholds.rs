@@ -78,8 +78,6 @@ pub(super) const DRAWS_OF_FORECASTS: usize = 128;
 pub(super) const PARTICLES_OF_BAND: usize = 48;
 /// Part of a change by which its derivatives are found: small for the motion, and far above single precision.
 pub(super) const FORECAST_PROBE: f64 = 0.02;
-/// Steps in a window at which motions are compared.
-pub(super) const WINDOW_TIMES: usize = 16;
 
 // Objects that images show to move
 

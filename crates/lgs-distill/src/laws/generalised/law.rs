@@ -132,7 +132,7 @@ fn of_body(
     if observed.allow_for(errors.slow, chosen.chi_square()) {
         chosen = choose_law(&observed)?;
     }
-    smooth(&chosen, (&[motion], surroundings), seed)
+    smooth(&chosen.by_noise_left(&[&observed]), (&[motion], surroundings), seed)
 }
 
 /// The likeliest smooth law of a body and the likeliest one through impacts, as far as they are sought. Where
@@ -182,7 +182,7 @@ fn of_couple(bodies: [&SharedMotion; 2], laws: Laws, errors: Errors, seed: u64) 
     if allowed.contains(&true) {
         found = choose_couple(observed.each_ref())?;
     }
-    smooth(&found, (&bodies, Surroundings::default()), seed)
+    smooth(&found.by_noise_left(&observed.each_ref()), (&bodies, Surroundings::default()), seed)
 }
 
 /// The likeliest law without impacts; with a contact, if a single body is about to go through a plane at

@@ -19,6 +19,7 @@ mod law;
 mod mixture;
 mod modal;
 mod nearest;
+mod noise_left;
 mod normal_modes;
 mod observed;
 mod parts;

@@ -157,6 +157,25 @@ impl ObservedPoses {
         })
     }
 
+    /// Differences of other poses at the same times: rotation vector and shift.
+    pub(super) fn differences(&self, poses: &[Pose]) -> Vec<[f64; 6]> {
+        let predicted = configurations(poses, &self.inertia);
+        let difference = |(own, x): (&Vec<f64>, &Vec<f64>)| -> [f64; 6] {
+            let difference = self.rigid.difference(own, x);
+            std::array::from_fn(|i| difference[i])
+        };
+        self.track.x.iter().zip(&predicted).map(difference).collect()
+    }
+
+    /// The same poses with another noise of their coordinates, as far as their source resolves them.
+    pub(super) fn with_noise(&self, noise: &[Noise]) -> Self {
+        let mut other = self.clone();
+        other.track.noise = noise.to_vec();
+        coarsen(&mut other.track.noise[..3], self.resolution / self.radius.max(f64::MIN_POSITIVE));
+        coarsen(&mut other.track.noise[3..], self.resolution);
+        other
+    }
+
     /// Standard deviations of an angle and of a place at one sample.
     pub(super) fn noise(&self) -> [f64; 2] {
         let mean = |noise: &[Noise]| noise.iter().map(|noise| noise.deviation).sum::<f64>() / 3.0;
@@ -199,8 +218,13 @@ impl ObservedPoses {
 
     /// The track of a joint, no better known than the poses are.
     pub(super) fn along(&self, joint: &Coordinates, mut track: Track) -> Track {
-        let is_angle = matches!(joint, Coordinates::Hinge(_));
-        self.limit(&mut track.noise, if is_angle { self.radius } else { 1.0 });
+        let lever = match joint {
+            Coordinates::Hinge(_) => self.radius,
+            // What rolls far for a small shift is seen to turn.
+            Coordinates::Rolling(rolling) => (self.radius / rolling.radius.max(f64::MIN_POSITIVE)).hypot(1.0),
+            _ => 1.0,
+        };
+        self.limit(&mut track.noise, lever);
         track
     }
 

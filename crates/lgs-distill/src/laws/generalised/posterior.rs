@@ -50,12 +50,17 @@ impl Posterior {
     /// Fits law and geometry together, from where they are; `None` if there is neither a geometry nor an
     /// inertia to be fitted with the law, or the fit fails.
     pub(super) fn joint(placed: &Placed, fitted: &Fitted, compared: &Compared<'_>) -> Option<Self> {
+        let is_open = is_curved(placed) || !placed.geometry().is_empty();
+        is_open.then(|| Self::fitted_together(placed, fitted, compared))?
+    }
+
+    /// The same whatever there is to be fitted.
+    pub(super) fn fitted_together(placed: &Placed, fitted: &Fitted, compared: &Compared<'_>) -> Option<Self> {
         let geometry = placed.geometry();
         let own = Self::of(placed.clone(), fitted);
         let problem = Joint::new(&own, (fitted, &geometry), compared);
         let settings = Settings { iterations: GEOMETRY_STEPS, ..Settings::default() };
-        let is_open = own.is_curved() || !geometry.is_empty();
-        let found = is_open.then(|| minimise(&problem, &vec![0.0; problem.len()], &settings))??;
+        let found = minimise(&problem, &vec![0.0; problem.len()], &settings)?;
         let covariance = covariance_of(&found.information)?;
         let bounds = own.bounds.iter().zip(&found.values[2 * placed.start.v.len()..]);
         let bounds = bounds.map(|(bound, change)| bound.map(|b| b - change)).collect();
@@ -71,6 +76,11 @@ impl Posterior {
         Self { window: least.map(|least| Window { least, ..window }), ..self }
     }
 
+    /// Whether laws drawn from it are judged by a window.
+    pub(super) fn is_judged(&self) -> bool {
+        self.window.is_some()
+    }
+
     /// The fit with these values, without what is known of the geometry.
     pub(super) fn fitted(&self, old: &Fitted) -> Fitted {
         let size = self.placed.motion();
@@ -79,12 +89,6 @@ impl Posterior {
         let first = size - law.parameters.len();
         law.deviations = (first..size).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
         Fitted { law, start: self.placed.start.clone(), loss: self.loss, covariance, ..old.clone() }
-    }
-
-    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its
-    /// tangent leave the window that they were fitted to, and are followed to first order alone.
-    fn is_curved(&self) -> bool {
-        self.placed.law.coordinates.inertia().is_some_and(|own| own.form == InertiaForm::Whole)
     }
 
     /// Whether the poses tell more of the inertia than its prior does: those of a body that hardly turns do
@@ -107,7 +111,7 @@ impl Posterior {
         times: &[f64],
         stream: (u64, u64),
     ) -> Vec<Vec<Option<Vec<Pose>>>> {
-        let middle = self.is_curved().then(|| self.placed.poses_followed(times));
+        let middle = is_curved(&self.placed).then(|| self.placed.poses_followed(times));
         let all = self.changed(inflation, count, stream);
         let motion = |changed: Placed| {
             let near = changed.poses_followed(times);
@@ -121,14 +125,14 @@ impl Posterior {
     /// The part of its change that each of [`Self::changed`] is: a little of it where motions are followed to
     /// first order alone.
     pub(super) fn part(&self) -> f64 {
-        if self.is_curved() { PROBE } else { 1.0 }
+        if is_curved(&self.placed) { PROBE } else { 1.0 }
     }
 
     /// Laws drawn from it, each a part of the way from the middle one. Changes to which the law is not linear
     /// are accepted by how much less likely the window makes them than their linearisation.
     pub(super) fn changed(&self, inflation: f64, count: usize, stream: (u64, u64)) -> Vec<Placed> {
         let first = 2 * self.placed.start.v.len();
-        let window = self.window.as_ref().filter(|_| !self.is_curved());
+        let window = self.window.as_ref().filter(|_| !is_curved(&self.placed));
         let is_inside = |by: &[f64]| {
             by[first..].iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
         };
@@ -149,6 +153,12 @@ impl Posterior {
         };
         all.into_iter().map(law).collect()
     }
+}
+
+/// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its tangent
+/// leave the window that they were fitted to, and are followed to first order alone.
+fn is_curved(placed: &Placed) -> bool {
+    placed.law.coordinates.inertia().is_some_and(|own| own.form == InertiaForm::Whole)
 }
 
 /// The poses of bodies that a law was fitted to. Where it is not linear in its unknowns, as dry friction is

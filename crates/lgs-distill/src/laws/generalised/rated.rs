@@ -77,14 +77,28 @@ impl Rated {
         Some(rated)
     }
 
-    /// Brings the laws in the order of their evidence, without those that are not likely enough to matter.
+    /// Brings the laws in the order of their evidence, without those that are not likely enough to matter,
+    /// unless they are the likeliest in coordinates of their kind.
     fn score(&mut self) {
+        let evidence: Vec<Evidence> = self.laws.iter().map(|law| law.evidence).collect();
+        self.score_by(&evidence);
+    }
+
+    /// The same by other evidence, for each of the laws.
+    pub(super) fn score_by(&mut self, evidence: &[Evidence]) {
         let Self { systems, laws, inflation } = self;
-        *inflation = Evidence::inflation(laws.iter().map(|law| law.evidence));
-        laws.iter_mut().for_each(|law| law.score = law.evidence.score(*inflation));
+        *inflation = Evidence::inflation(evidence.iter().copied());
+        laws.iter_mut().zip(evidence).for_each(|(law, evidence)| law.score = evidence.score(*inflation));
         laws.sort_by(|a, b| a.score.total_cmp(&b.score));
         let most = laws.first().map_or(f64::INFINITY, |law| law.score + NO_RIVAL);
-        laws.retain(|law| law.score <= most);
+        // What a geometry gains that is fitted with its law differs from one kind of coordinates to another.
+        let mut kinds = Vec::new();
+        laws.retain(|law| {
+            let kind = std::mem::discriminant(&systems[law.system].coordinates);
+            let is_first = !kinds.contains(&kind);
+            kinds.extend(is_first.then_some(kind));
+            is_first || law.score <= most
+        });
         for law in laws {
             let terms = law.judged.names();
             let coordinates = systems[law.system].coordinates.name();
@@ -129,28 +143,33 @@ impl Rated {
         (0..hoped.len()).filter(is_due).min_by(|&a, &b| hoped[a].total_cmp(&hoped[b]))
     }
 
-    /// Fits a law together with the geometry of its coordinates; returns what χ² gains by it.
+    /// Fits a law together with the geometry of its coordinates; returns what χ² of the poses gains by it,
+    /// which is less than nothing where coordinates had hidden what the law leaves.
     fn fit_geometry(&mut self, index: usize, bodies: &[&ObservedPoses]) -> f64 {
         let law = &mut self.laws[index];
         let order = &self.systems[law.system].order;
-        let whitened = |poses: &[Vec<Pose>]| -> Vec<f64> {
-            let of_body = |(place, &body): (usize, &usize)| {
-                let own: Vec<Pose> = poses.iter().map(|of_time| of_time[place]).collect();
-                bodies[body].whitened(&own).collect::<Vec<f64>>()
-            };
-            order.iter().enumerate().flat_map(of_body).collect()
-        };
-        let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
-        let radius = bodies[order[0]].radius();
-        let compared = Compared { times, whitened: &whitened, noise, radius };
-        let Some((posterior, fitted)) = law.with_geometry(&compared) else { return 0.0 };
-        let gain = (law.evidence.chi_square - posterior.loss).max(0.0);
+        let found = compared_with(bodies, order, |compared| law.with_geometry(compared));
+        let Some((posterior, fitted)) = found else { return 0.0 };
+        let gain = law.evidence.chi_square - posterior.loss;
         let coordinates = &posterior.placed.law.coordinates;
         tracing::debug!(index, ?coordinates, gain, left = posterior.loss, "a law with its geometry");
         law.judged.fitted = fitted;
         law.evidence.chi_square -= gain;
         law.set(posterior.within(order.iter().map(|&body| bodies[body].clone()).collect()));
         gain
+    }
+
+    /// Fits a law and its geometry again, to poses with another noise; it stays if that fails.
+    pub(super) fn fit_again(&mut self, index: usize, bodies: &[&ObservedPoses]) {
+        let law = &mut self.laws[index];
+        let order = &self.systems[law.system].order;
+        let fit = |compared: &Compared<'_>| {
+            Posterior::fitted_together(&law.posterior.placed, &law.judged.fitted, compared)
+        };
+        let Some(posterior) = compared_with(bodies, order, fit) else { return };
+        let bodies = || order.iter().map(|&body| bodies[body].clone()).collect();
+        let is_judged = law.posterior.is_judged();
+        law.set(if is_judged { posterior.within(bodies()) } else { posterior });
     }
 
     /// The likeliest law.
@@ -181,6 +200,24 @@ impl Rated {
         let left = (samples - unknowns).max(1.0);
         chi_square / left.max(explained(samples, unknowns) / DESCRIBED)
     }
+}
+
+/// What a fit finds whose poses are compared with those of bodies, in the order of its coordinates.
+fn compared_with<T>(
+    bodies: &[&ObservedPoses],
+    order: &[usize],
+    fit: impl FnOnce(&Compared<'_>) -> Option<T>,
+) -> Option<T> {
+    let whitened = |poses: &[Vec<Pose>]| -> Vec<f64> {
+        let of_body = |(place, &body): (usize, &usize)| {
+            let own: Vec<Pose> = poses.iter().map(|of_time| of_time[place]).collect();
+            bodies[body].whitened(&own).collect::<Vec<f64>>()
+        };
+        order.iter().enumerate().flat_map(of_body).collect()
+    };
+    let (times, noise) = (&bodies[0].times, bodies[order[0]].noise());
+    let radius = bodies[order[0]].radius();
+    fit(&Compared { times, whitened: &whitened, noise, radius })
 }
 
 #[cfg(test)]

@@ -1,0 +1,150 @@
+//! Laws rated by the noise that they leave (method §5.4).
+//!
+//! The noise of poses is estimated before any law is known, by a smooth path that has to be as free as any
+//! motion is. Where a law explains the poses, what it leaves of them tells the noise better: which errors are
+//! slow and which are not, of each coordinate by itself. That noise is the scale on which rivals are compared
+//! and the unknowns' deviations are found.
+
+use super::evidence::Evidence;
+use super::observed::ObservedPoses;
+use super::placed::Placed;
+use super::rated::{Rated, RatedLaw};
+use crate::thresholds::PROBED_DEVIATIONS;
+use lgs_mechanics::bands::shares;
+use lgs_mechanics::choose::EXPLAINED;
+use lgs_mechanics::noise::LeftNoise;
+use nalgebra::DMatrix;
+
+impl Rated {
+    /// Rates the laws that matter again, by the noise which the likeliest of them leaves where noise is
+    /// whatever a law leaves; as they are if none explains the poses.
+    pub(super) fn by_noise_left(mut self, bodies: &[&ObservedPoses]) -> Self {
+        if self.chi_square() > EXPLAINED {
+            return self;
+        }
+        let counts = shares(&self.weights());
+        let mut counts = counts.iter();
+        self.laws.retain(|_| counts.next().is_some_and(|&count| count > 0));
+        let of_law = |law: &RatedLaw| {
+            let left = left_by(law, &self.systems[law.system].order, bodies)?;
+            let likelihood = left.iter().flatten().map(|left| left.likelihood).sum::<f64>();
+            Some((likelihood + law.evidence.against, left))
+        };
+        let likeliest = self.laws.iter().filter_map(of_law).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, left)) = likeliest else { return self };
+        let with_noise = |(body, left): (&&ObservedPoses, &[LeftNoise; 6])| {
+            tracing::debug!(?left, looked = ?body.track.noise, "noise that a law leaves");
+            body.with_noise(&left.map(|left| left.noise))
+        };
+        let bodies: Vec<ObservedPoses> = bodies.iter().zip(&left).map(with_noise).collect();
+        self.rated_within(&bodies.iter().collect::<Vec<_>>());
+        self
+    }
+
+    /// Fits all laws again within another noise, and brings them in the order of their evidence by it.
+    fn rated_within(&mut self, bodies: &[&ObservedPoses]) {
+        let samples = bodies.iter().map(|body| body.track.independent_samples()).sum();
+        (0..self.laws.len()).for_each(|index| self.fit_again(index, bodies));
+        let of_law = |law: &RatedLaw| Evidence { chi_square: law.posterior.loss, samples, ..law.evidence };
+        let evidence: Vec<Evidence> = self.laws.iter().map(of_law).collect();
+        self.score_by(&evidence);
+    }
+}
+
+/// The noise of each of the six coordinates of some bodies, in their own order, that a law leaves which takes
+/// them in another `order`; `None` if there is too little of them.
+fn left_by(law: &RatedLaw, order: &[usize], bodies: &[&ObservedPoses]) -> Option<Vec<[LeftNoise; 6]>> {
+    let (placed, covariance) = (&law.posterior.placed, &law.posterior.covariance);
+    let differences = |placed: &Placed| -> Option<Vec<Vec<[f64; 6]>>> {
+        let poses = placed.poses(&bodies[0].times)?;
+        let of_body = |(body, observed): (usize, &&ObservedPoses)| {
+            let place = order.iter().position(|&own| own == body)?;
+            Some(observed.differences(&poses.iter().map(|of_time| of_time[place]).collect::<Vec<_>>()))
+        };
+        bodies.iter().enumerate().map(of_body).collect()
+    };
+    let middle = differences(placed)?;
+    let changed = |i: usize| {
+        let mut by = vec![0.0; covariance.nrows()];
+        by[i] = PROBED_DEVIATIONS * covariance[(i, i)].sqrt();
+        differences(&placed.changed(&by))
+    };
+    let known = (0..covariance.nrows()).filter(|&i| covariance[(i, i)] > 0.0);
+    let changed: Vec<Vec<Vec<[f64; 6]>>> = known.map(changed).collect::<Option<_>>()?;
+    let of_coordinate = |body: usize, c: usize| {
+        let own = &middle[body];
+        let residuals: Vec<f64> = own.iter().map(|of_time| of_time[c]).collect();
+        let change = |k: usize, i: usize| (changed[i][body][k][c] - own[k][c]) / PROBED_DEVIATIONS;
+        let changes = DMatrix::from_fn(own.len(), changed.len(), change);
+        LeftNoise::of(&residuals, &changes, &bodies[body].track.sampling)
+    };
+    let of_body = |body: usize| {
+        let all: Vec<LeftNoise> = (0..6).map(|c| of_coordinate(body, c)).collect::<Option<_>>()?;
+        all.try_into().ok()
+    };
+    (0..bodies.len()).map(of_body).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::laws::generalised::{Laws, Surroundings, find_law};
+    use crate::motion::pose::{Pose, PoseKind};
+    use crate::motion::shared_motion::SharedMotion;
+    use crate::testing::block;
+    use glam::DVec3;
+    use lgs_core::geometry::rotation_by;
+    use lgs_core::stream;
+    use lgs_mechanics::coordinates::{Coordinates, Hinge, Port, State};
+    use lgs_mechanics::terms::Term;
+    use lgs_mechanics::{Edit, Law, System};
+    use rand_distr::{Distribution, StandardNormal};
+
+    const TIMES: usize = 46;
+
+    /// A rod on a hinge with a torsion spring and a little drag, seen from views that change from time to
+    /// time: its place is well known at each of them, its turn about itself is not.
+    fn observed(drag: f64, seed: u64) -> SharedMotion {
+        let hinge = Hinge { axis: [0.0, 0.0, 1.0], pivot: [0.0; 3] };
+        let terms = ["spring", "linear-drag"].map(|name| Term::named(name, Port::Whole).expect("a term"));
+        let law = Law::new(Coordinates::Hinge(hinge), terms.to_vec(), vec![27.0, 0.0, drag], 1e-3);
+        let times: Vec<f64> = (0..TIMES).map(|k| k as f64 / 60.0).collect();
+        let start = State { x: vec![0.7], v: vec![1.0] };
+        let states = System::new(&law.expect("a law"), Edit::NONE).states(&start, &times).expect("a motion");
+        let mut stream = stream(seed, "a rod seen from changing views", 0);
+        let mut normal = |size: f64| -> f64 {
+            let value: f64 = StandardNormal.sample(&mut stream);
+            size * value
+        };
+        let pose = |state: &State| {
+            let turned = rotation_by(DVec3::Z * state.x[0]);
+            let error = DVec3::new(normal(8e-3), normal(8e-4), normal(8e-4));
+            let place = turned * (0.65 * DVec3::X);
+            Pose {
+                linear: turned * rotation_by(error),
+                shift: place + DVec3::new(normal(2e-4), normal(2e-4), normal(2e-4)),
+            }
+        };
+        let poses = states.iter().map(pose).collect();
+        SharedMotion {
+            kind: PoseKind::Rigid,
+            times,
+            poses,
+            shape: block([0.5, 0.05, 0.05], 64, 5),
+            weights: vec![1.0 / 64.0; 64],
+            deviations: Vec::new(),
+            residual: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_little_drag_is_found_where_the_noise_of_poses_is_not_the_same_for_all_their_coordinates() {
+        for seed in 1..=3 {
+            let around = (Laws::All, Surroundings::default());
+            let found = find_law(&[&observed(0.12, seed)], around, 0.0, 1).expect("a law");
+            let names: Vec<&str> = found.law.terms.iter().map(|term| term.kind.name()).collect();
+            assert!(names.contains(&"linear-drag"), "{names:?} of {seed}");
+            let (value, deviation) = (found.law.parameters[2], found.law.deviations[2]);
+            assert!((value - 0.12).abs() < 3.0 * deviation && deviation < 0.03, "{value} ± {deviation}");
+        }
+    }
+}
