@@ -186,7 +186,11 @@ impl Forecasts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_core::{Camera, Exposure};
+    use lgs_core::{Camera, Exposure, GaussianCloud};
+    use lgs_mechanics::Law;
+    use lgs_mechanics::bands::{Known, PositionBand};
+    use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+    use lgs_model::{GeneralisedDynamics, MotionConfig};
 
     fn frame(camera_id: usize) -> Frame {
         let camera = Camera::look_at([0.0, -1.0, 0.0], [0.0; 3], 0.5, 1, 1);
@@ -220,12 +224,34 @@ mod tests {
         assert!((found / expected - 1.0).abs() < 0.2, "{found}, not {expected}");
     }
 
+    /// A Gaussian that slides freely with a velocity, by a law with a band or without.
+    fn sliding(velocity: f64, has_band: bool) -> LagrangianScene {
+        let band = PositionBand { times: vec![0.0; usize::from(has_band)], ..PositionBand::default() };
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.05).expect("a law");
+        let start = State { x: vec![0.0; 3], v: vec![velocity, 0.0, 0.0] };
+        let known = Known { band, ..Known::default() };
+        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known };
+        let dynamics = Dynamics::Generalised(dynamics);
+        let config = MotionConfig { dt: 0.05, time_window: 1.0 };
+        LagrangianScene {
+            velocities: vec![[velocity as f32, 0.0, 0.0]],
+            objects: vec![ObjectModel { members: 0..1, dynamics, recording: None }],
+            dynamic_gaussians: GaussianCloud::isotropic(vec![[0.0; 3]], 0.15, [0.5; 3], 0.9),
+            ..LagrangianScene::still(GaussianCloud::default(), config, [1.0; 3])
+        }
+    }
+
     #[test]
-    fn a_band_is_widened_to_hold_what_was_put_right_within_the_window() {
-        let (times, radius) = ([-0.5, 0.0, 0.5, 1.0, 2.0], [9.0, 0.3, 0.3, 0.3, 9.0]);
-        assert!((widening((&times, &radius), 1.0, 0.4) - 5.0 / 3.0).abs() < 1e-12);
-        assert_eq!(widening((&times, &radius), 1.0, 0.0), 1.0);
-        assert_eq!(widening((&times, &[f64::INFINITY; 5]), 1.0, 0.4), 1.0);
+    fn as_much_is_left_to_be_put_right_as_was_put_right_where_a_law_said_something() {
+        let corrected = |had_law: bool| {
+            let scenes = [sliding(0.6, true), sliding(0.5, had_law)];
+            corrections(scenes.each_ref(), 0, &[-1.0, 0.5, 2.0])
+        };
+        let near = |found: Vec<f64>, expected: [f64; 3]| {
+            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-5)
+        };
+        assert!(near(corrected(true), [0.1, 0.05, 0.2]), "{:?}", corrected(true));
+        assert!(near(corrected(false), [0.0, 0.05, 0.1]), "{:?}", corrected(false));
     }
 
     #[test]
