@@ -41,13 +41,20 @@ impl Rated {
         self
     }
 
-    /// Fits all laws again within another noise, and brings them in the order of their evidence by it.
+    /// Fits all laws again within another noise, and brings them in the order of their evidence by it; those
+    /// that cannot be fitted come last, and nothing changes if none can.
     fn rated_within(&mut self, bodies: &[&ObservedPoses]) {
         let samples = bodies.iter().map(|body| body.track.independent_samples()).sum();
-        (0..self.laws.len()).for_each(|index| self.fit_again(index, bodies));
-        let of_law = |law: &RatedLaw| Evidence { chi_square: law.posterior.loss, samples, ..law.evidence };
-        let evidence: Vec<Evidence> = self.laws.iter().map(of_law).collect();
-        self.score_by(&evidence);
+        let of_law = |index: usize| {
+            let is_fitted = self.fit_again(index, bodies);
+            let law = &self.laws[index];
+            let chi_square = if is_fitted { law.posterior.loss } else { f64::INFINITY };
+            Evidence { chi_square, samples, ..law.evidence }
+        };
+        let evidence: Vec<Evidence> = (0..self.laws.len()).map(of_law).collect();
+        if evidence.iter().any(|evidence| evidence.chi_square.is_finite()) {
+            self.score_by(&evidence);
+        }
     }
 }
 

@@ -159,17 +159,18 @@ impl Rated {
         gain
     }
 
-    /// Fits a law and its geometry again, to poses with another noise; it stays if that fails.
-    pub(super) fn fit_again(&mut self, index: usize, bodies: &[&ObservedPoses]) {
+    /// Fits a law and its geometry again, to poses with another noise; returns whether it could be fitted.
+    pub(super) fn fit_again(&mut self, index: usize, bodies: &[&ObservedPoses]) -> bool {
         let law = &mut self.laws[index];
         let order = &self.systems[law.system].order;
         let fit = |compared: &Compared<'_>| {
             Posterior::fitted_together(&law.posterior.placed, &law.judged.fitted, compared)
         };
-        let Some(posterior) = compared_with(bodies, order, fit) else { return };
+        let Some(posterior) = compared_with(bodies, order, fit) else { return false };
         let bodies = || order.iter().map(|&body| bodies[body].clone()).collect();
         let is_judged = law.posterior.is_judged();
         law.set(if is_judged { posterior.within(bodies()) } else { posterior });
+        true
     }
 
     /// The likeliest law.
