@@ -1,8 +1,8 @@
 //! Noise by what a fitted law leaves of a track.
 //!
-//! A smooth path has to be as free as any motion is, and takes up noise for motion or leaves motion for noise,
-//! by as much as the two look alike. A law has few unknowns. What it leaves is noise alone where it explains
-//! the track, but for what its fit has taken up: that is restricted to what no change of the unknowns does.
+//! A smooth path has to be as free as any motion is, and takes up noise for motion or leaves motion for
+//! noise, by as much as the two look alike. A law has few unknowns. What it leaves is noise alone where it
+//! explains the track, but for what its fit has taken up: only what no change of the unknowns does counts.
 
 use super::Noise;
 use super::sampling::Sampling;

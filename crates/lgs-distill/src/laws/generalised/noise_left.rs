@@ -45,13 +45,12 @@ impl Rated {
     /// that cannot be fitted come last, and nothing changes if none can.
     fn rated_within(&mut self, bodies: &[&ObservedPoses]) {
         let samples = bodies.iter().map(|body| body.track.independent_samples()).sum();
-        let of_law = |index: usize| {
-            let is_fitted = self.fit_again(index, bodies);
-            let law = &self.laws[index];
+        let is_fitted: Vec<bool> = (0..self.laws.len()).map(|index| self.fit_again(index, bodies)).collect();
+        let of_law = |(law, is_fitted): (&RatedLaw, bool)| {
             let chi_square = if is_fitted { law.posterior.loss } else { f64::INFINITY };
             Evidence { chi_square, samples, ..law.evidence }
         };
-        let evidence: Vec<Evidence> = (0..self.laws.len()).map(of_law).collect();
+        let evidence: Vec<Evidence> = self.laws.iter().zip(is_fitted).map(of_law).collect();
         if evidence.iter().any(|evidence| evidence.chi_square.is_finite()) {
             self.score_by(&evidence);
         }

@@ -218,13 +218,8 @@ impl ObservedPoses {
 
     /// The track of a joint, no better known than the poses are.
     pub(super) fn along(&self, joint: &Coordinates, mut track: Track) -> Track {
-        let lever = match joint {
-            Coordinates::Hinge(_) => self.radius,
-            // What rolls far for a small shift is seen to turn.
-            Coordinates::Rolling(rolling) => (self.radius / rolling.radius.max(f64::MIN_POSITIVE)).hypot(1.0),
-            _ => 1.0,
-        };
-        self.limit(&mut track.noise, lever);
+        let is_angle = matches!(joint, Coordinates::Hinge(_));
+        self.limit(&mut track.noise, if is_angle { self.radius } else { 1.0 });
         track
     }
 

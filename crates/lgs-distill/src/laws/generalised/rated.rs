@@ -77,8 +77,9 @@ impl Rated {
         Some(rated)
     }
 
-    /// Brings the laws in the order of their evidence, without those that are not likely enough to matter,
-    /// unless they are the likeliest in coordinates of their kind.
+    /// Brings the laws in the order of their evidence, without those that are not likely enough to matter
+    /// beside another one in coordinates of their kind: what a geometry gains that is fitted with its law
+    /// differs from kind to kind.
     fn score(&mut self) {
         let evidence: Vec<Evidence> = self.laws.iter().map(|law| law.evidence).collect();
         self.score_by(&evidence);
@@ -90,14 +91,12 @@ impl Rated {
         *inflation = Evidence::inflation(evidence.iter().copied());
         laws.iter_mut().zip(evidence).for_each(|(law, evidence)| law.score = evidence.score(*inflation));
         laws.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let most = laws.first().map_or(f64::INFINITY, |law| law.score + NO_RIVAL);
-        // What a geometry gains that is fitted with its law differs from one kind of coordinates to another.
-        let mut kinds = Vec::new();
+        let kind = |law: &RatedLaw| std::mem::discriminant(&systems[law.system].coordinates);
+        let mut best = Vec::new();
         laws.retain(|law| {
-            let kind = std::mem::discriminant(&systems[law.system].coordinates);
-            let is_first = !kinds.contains(&kind);
-            kinds.extend(is_first.then_some(kind));
-            is_first || law.score <= most
+            let known = best.iter().find(|(own, _)| *own == kind(law)).map(|(_, score)| *score);
+            best.extend(known.is_none().then_some((kind(law), law.score)));
+            known.is_none_or(|best| law.score <= best + NO_RIVAL)
         });
         for law in laws {
             let terms = law.judged.names();
@@ -138,8 +137,9 @@ impl Rated {
         let kind = |index: usize| std::mem::discriminant(&self.systems[self.laws[index].system].coordinates);
         let is_first_of_kind = |index: usize| !(0..index).any(|other| kind(other) == kind(index));
         let matters = |index: usize| is_described || hoped[index] < score(best) || is_first_of_kind(index);
-        let is_due =
-            |&index: &usize| !is_fitted[index] && (index == 0 || (counts[index] > 0 && matters(index)));
+        let is_due = |&index: &usize| {
+            !is_fitted[index] && (is_first_of_kind(index) || (counts[index] > 0 && matters(index)))
+        };
         (0..hoped.len()).filter(is_due).min_by(|&a, &b| hoped[a].total_cmp(&hoped[b]))
     }
 
