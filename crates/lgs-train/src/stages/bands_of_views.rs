@@ -37,6 +37,7 @@ pub(super) fn with_bands_of_views(
     let (newton, chosen) = (Newton::new(&scene, seed), scene.clone());
     let changes = newton.without_each(&scene, frames, &groups);
     let window = f64::from(scene.motion.time_window);
+    let mut motions = motions([&chosen, before]);
     for (object, changes) in changes.iter().enumerate() {
         if !has_band(&scene.objects[object]) {
             continue;
@@ -46,7 +47,7 @@ pub(super) fn with_bands_of_views(
         let times = known.band.times.clone();
         let forecasts = Forecasts::new(&newton, object, changes, &times);
         let apart = forecasts.radius(&mut stream(seed, "bands of views", object as u64));
-        let corrected = corrections([&chosen, before], object, &times);
+        let corrected = corrections(&mut motions, (before, object), &times);
         let own = known.band.radius.iter().map(|radius| radius.unwrap_or(f64::INFINITY));
         let parts = own.zip(apart.iter().zip(&corrected));
         let radius: Vec<f64> = parts
@@ -63,14 +64,21 @@ pub(super) fn with_bands_of_views(
     scene
 }
 
+/// Motions of two scenes without an edit.
+fn motions(scenes: [&LagrangianScene; 2]) -> [Motion<'_>; 2] {
+    scenes.map(|scene| Motion::new(scene, Edit::default(), Reversal::default()))
+}
+
 /// How far a scene has the Gaussians of an object at some times from where it had them before: root mean
 /// square, world units. Where it had no law of the object, it said nothing of times outside of the window.
-fn corrections([now, before]: [&LagrangianScene; 2], object: usize, times: &[f64]) -> Vec<f64> {
+fn corrections(
+    [now, then]: &mut [Motion<'_>; 2],
+    (before, object): (&LagrangianScene, usize),
+    times: &[f64],
+) -> Vec<f64> {
     let had_law = has_band(&before.objects[object]);
-    let window = f64::from(now.motion.time_window);
-    let members = &now.objects[object].members;
-    let [mut now, mut then] =
-        [now, before].map(|scene| Motion::new(scene, Edit::default(), Reversal::default()));
+    let window = f64::from(before.motion.time_window);
+    let members = &before.objects[object].members;
     let at = |&time: &f64| {
         let time = if had_law { time } else { time.clamp(0.0, window) } as f32;
         let [now, then] = [now.state_at(time).q, then.state_at(time).q];
@@ -245,7 +253,7 @@ mod tests {
     fn as_much_is_left_to_be_put_right_as_was_put_right_where_a_law_said_something() {
         let corrected = |had_law: bool| {
             let scenes = [sliding(0.6, true), sliding(0.5, had_law)];
-            corrections(scenes.each_ref(), 0, &[-1.0, 0.5, 2.0])
+            corrections(&mut motions(scenes.each_ref()), (&scenes[1], 0), &[-1.0, 0.5, 2.0])
         };
         let near = |found: Vec<f64>, expected: [f64; 3]| {
             found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-5)

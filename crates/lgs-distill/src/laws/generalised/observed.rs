@@ -149,12 +149,10 @@ impl ObservedPoses {
 
     /// Differences of other poses at the same times, whitened.
     pub(super) fn whitened(&self, poses: &[Pose]) -> impl Iterator<Item = f64> {
-        let predicted = configurations(poses, &self.inertia);
-        let weights = self.track.weights();
-        predicted.into_iter().zip(weights).enumerate().flat_map(|(sample, (x, weights))| {
-            let difference = self.rigid.difference(&self.track.x[sample], &x);
+        let weighted = |(difference, weights): ([f64; 6], Vec<f64>)| {
             difference.into_iter().zip(weights).map(|(d, w)| d * w)
-        })
+        };
+        self.differences(poses).into_iter().zip(self.track.weights()).flat_map(weighted)
     }
 
     /// Differences of other poses at the same times: rotation vector and shift.
