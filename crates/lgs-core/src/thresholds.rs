@@ -31,3 +31,7 @@ pub(crate) const GAUGE_RADIUS: f64 = 0.25;
 /// Part of a motion of the world that is left beside those before it and counts as one more: far above the
 /// rounding of sums over a thousand cameras, far below what lies apart.
 pub(crate) const LEAST_DIRECTION: f64 = 1e-6;
+
+/// Directions at which harmonics are compared with rotated ones: sixteen would tell the coefficients up to
+/// degree 3; twice as many, evenly spread, do so without loss of digits.
+pub(crate) const DIRECTIONS_OF_HARMONICS: usize = 32;

@@ -7,10 +7,11 @@ use crate::sh;
 use crate::splats::Splats;
 use crate::view::{Chain, View};
 use lgs_core::PixelFilter;
-use lgs_core::linear::{Mat3, add, dot, mat_vec, scale, sub, transpose};
+use lgs_core::linear::{Mat3, add, cross, dot, mat_vec, scale, sub, transpose};
 
 /// A small affine motion `p → p + shift + linear · (p − center)` of Gaussians, which takes their covariances
-/// along: a rotation vector's cross-product matrix turns them, a symmetric matrix strains them.
+/// along: a rotation vector's cross-product matrix turns them and their harmonics, a symmetric matrix strains
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AffineMotion {
     /// What does not move but by the shift, world units.
@@ -43,9 +44,16 @@ pub(crate) fn project_jvp<'a>(
     motions.iter().map(move |motion| {
         let mean = splats.means[index];
         let v_mean = add(motion.shift, mat_vec(&motion.linear, sub(mean, motion.center)));
-        let color = gradient_of_color.map(|gradient| dot(gradient, v_mean));
+        // Of the camera's direction in the axes of the body, which the body's rotation takes back.
+        let turned = cross(rotation_vector(&motion.linear), sub(mean, view.center));
+        let color = gradient_of_color.map(|gradient| dot(gradient, sub(v_mean, turned)));
         SplatTangent { exponent: exponent(view, &chain, projected.factor, (v_mean, &motion.linear)), color }
     })
+}
+
+/// The rotation vector of a small linear map.
+fn rotation_vector(linear: &Mat3) -> [f32; 3] {
+    [linear[2][1] - linear[1][2], linear[0][2] - linear[2][0], linear[1][0] - linear[0][1]].map(|x| 0.5 * x)
 }
 
 /// The gradient of each channel by the mean; zero where a channel is clamped.

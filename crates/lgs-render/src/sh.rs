@@ -8,41 +8,9 @@
 
 use crate::simd::{Lanes, V, splat};
 use lgs_core::SH_C0;
+pub(crate) use lgs_core::harmonics::{SH_C1 as C1, SH_C2 as C2, SH_C3 as C3, sh_basis as basis};
 use lgs_core::linear::{dot, norm, scale, sub};
 use pulp::Simd;
-
-pub(crate) const C1: f32 = 0.488_602_52;
-pub(crate) const C2: [f32; 5] = [1.092_548_5, -1.092_548_5, 0.315_391_57, -1.092_548_5, 0.546_274_24];
-pub(crate) const C3: [f32; 7] =
-    [-0.590_043_6, 2.890_611_4, -0.457_045_8, 0.373_176_34, -0.457_045_8, 1.445_305_7, -0.590_043_6];
-
-/// Values of the 16 basis functions at a unit direction; those above `degree` are zero.
-#[inline(always)]
-pub(crate) fn basis([x, y, z]: [f32; 3], degree: usize) -> [f32; 16] {
-    let mut b = [0.0; 16];
-    b[0] = SH_C0;
-    if degree >= 1 {
-        (b[1], b[2], b[3]) = (-C1 * y, C1 * z, -C1 * x);
-    }
-    let (xx, yy, zz) = (x * x, y * y, z * z);
-    if degree >= 2 {
-        b[4] = C2[0] * x * y;
-        b[5] = C2[1] * y * z;
-        b[6] = C2[2] * (2.0 * zz - xx - yy);
-        b[7] = C2[3] * x * z;
-        b[8] = C2[4] * (xx - yy);
-    }
-    if degree >= 3 {
-        b[9] = C3[0] * y * (3.0 * xx - yy);
-        b[10] = C3[1] * x * y * z;
-        b[11] = C3[2] * y * (4.0 * zz - xx - yy);
-        b[12] = C3[3] * z * (2.0 * zz - 3.0 * xx - 3.0 * yy);
-        b[13] = C3[4] * x * (4.0 * zz - xx - yy);
-        b[14] = C3[5] * z * (xx - yy);
-        b[15] = C3[6] * x * (xx - 3.0 * yy);
-    }
-    b
-}
 
 /// Values of the basis functions of a block of Gaussians: `[function][lane]`.
 pub(crate) struct Basis([Lanes; 16]);

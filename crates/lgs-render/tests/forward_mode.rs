@@ -58,6 +58,24 @@ fn product(tangent: &ImageTangent, width: usize, v: ImageCotangents<'_>) -> f64 
     sum(image.as_flattened(), tangent.image.as_flattened()) + sum(&transmittance, &tangent.transmittance)
 }
 
+/// The product of the change of the members' harmonics with a motion, which turns them, and their gradients.
+fn product_of_colors(cloud: &GaussianCloud, v_sh: &[f32], motion: &AffineMotion) -> f64 {
+    let probe = 1e-2;
+    let [ahead, behind] = [probe, -probe].map(|by| {
+        let mut turned = cloud.clone();
+        turned.turn_harmonics(MEMBERS, turn(motion, by));
+        turned.sh
+    });
+    let pairs = ahead.iter().zip(&behind).zip(v_sh);
+    pairs.map(|((a, b), v)| f64::from((a - b) / (2.0 * probe) * v)).sum()
+}
+
+/// The rotation of a part of a motion, a quaternion.
+fn turn(motion: &AffineMotion, by: f32) -> [f32; 4] {
+    let l = &motion.linear;
+    [1.0, 0.5 * by * l[2][1], 0.5 * by * l[0][2], 0.5 * by * l[1][0]]
+}
+
 #[test]
 fn changes_are_the_transpose_of_gradients() {
     let center = [0.1, 0.0, -0.1];
@@ -76,6 +94,7 @@ fn changes_are_the_transpose_of_gradients() {
         let motions = motions(center);
         let found = rasterize_jvp(&splats, &camera, &drawn, (MEMBERS, &motions));
         for (number, (motion, tangent)) in motions.iter().zip(&found).enumerate() {
+            let of_colors = product_of_colors(&cloud, &gradients.sh, motion);
             let of_member = |i: usize| {
                 let v_mean = add(motion.shift, mat_vec(&motion.linear, sub(cloud.means[i], center)));
                 let mut sum = lgs_core::linear::dot(gradients.means[i], v_mean);
@@ -89,7 +108,7 @@ fn changes_are_the_transpose_of_gradients() {
                 }
                 f64::from(sum)
             };
-            let expected: f64 = MEMBERS.map(of_member).sum();
+            let expected = MEMBERS.map(of_member).sum::<f64>() + of_colors;
             let found = product(tangent, 53, v);
             let scale = tangent.image.as_flattened().iter().map(|x| f64::from(x * x)).sum::<f64>().sqrt();
             assert!(scale > 1.0, "motion {number} changes the image");
@@ -115,10 +134,10 @@ fn changes_are_those_of_moved_gaussians() {
     for (motion, tangent) in motions.iter().zip(&found) {
         let [ahead, behind] = [probe, -probe].map(|by| {
             let mut moved = cloud.clone();
-            let l = &motion.linear;
-            let turn = [1.0, 0.5 * by * l[2][1], 0.5 * by * l[0][2], 0.5 * by * l[1][0]];
+            let turn = turn(motion, by);
+            moved.turn_harmonics(members.clone(), turn);
             for i in members.clone() {
-                let v_mean = add(motion.shift, mat_vec(l, sub(cloud.means[i], center)));
+                let v_mean = add(motion.shift, mat_vec(&motion.linear, sub(cloud.means[i], center)));
                 moved.means[i] = add(cloud.means[i], v_mean.map(|v| by * v));
                 moved.rotations[i] = quat_mul(turn, cloud.rotations[i]);
             }

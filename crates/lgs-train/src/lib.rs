@@ -38,6 +38,7 @@ mod thresholds;
 pub mod tracks;
 mod trainable_cloud;
 mod training_loop;
+mod turned_colors;
 mod view;
 mod window;
 

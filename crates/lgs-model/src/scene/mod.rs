@@ -13,6 +13,7 @@ mod dynamics;
 mod dynamics_file;
 mod file;
 mod generalised;
+mod harmonics;
 mod motion;
 mod recording;
 mod recording_file;
@@ -138,6 +139,10 @@ impl LagrangianScene {
         cloud.log_scales.extend(log_scales);
         cloud.raw_opacities.extend_from_slice(&self.dynamic_gaussians.raw_opacities);
         cloud.sh.extend_from_slice(&self.dynamic_gaussians.sh);
+        let first = self.static_gaussians.len();
+        for (rows, turn) in self.turned_bodies(state) {
+            cloud.turn_harmonics(first + rows.start..first + rows.end, turn);
+        }
         if let Some(shading) = &self.shading {
             shading.shade(&mut cloud, time);
         }

@@ -9,7 +9,6 @@ use burn::tensor::{Device, Gradients, Int, Tensor, TensorData};
 use lgs_core::linear::{norm, sub};
 use lgs_model::{LagrangianScene, ObjectModel, Recording, TensorFile, TensorFileError};
 
-use super::body::rows_of_parts;
 use super::initial_pose::mean;
 use super::law_choice::own_law;
 use super::thresholds::{DISPLACEMENT_DEGREE, DISPLACEMENT_RATE};
@@ -56,7 +55,7 @@ impl BodyDisplacements {
     /// No displacement yet; nothing for a scene whose bodies all have laws that explain them.
     pub(super) fn new(scene: &LagrangianScene, device: &Device) -> Option<Self> {
         let bodies: Vec<_> =
-            scene.objects.iter().filter(|object| may_slip(object)).flat_map(rows_of_parts).collect();
+            scene.objects.iter().filter(|object| may_slip(object)).flat_map(ObjectModel::bodies).collect();
         if bodies.is_empty() {
             return None;
         }

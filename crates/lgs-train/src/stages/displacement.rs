@@ -78,8 +78,7 @@ fn change(
     let [ahead, behind] = [probe, -probe].map(|by| {
         let mut displacement = Displacement::default();
         displacement[unknown] = by;
-        let Shapes { means, rotations, log_scales } = &displaced(cloud, body, &displacement);
-        draw(&Splats { means, rotations, log_scales, ..Splats::from(cloud) })
+        draw(&Splats::from(&displaced(cloud, body, &displacement)))
     });
     let rate = (0.5 / probe) as f32;
     let image = ahead.image.iter().zip(&behind.image).map(|(a, b)| scale(sub(*a, *b), rate));
@@ -87,22 +86,16 @@ fn change(
     ImageTangent { part: part.clone(), image: image.collect(), transmittance: transmittance.collect() }
 }
 
-/// What a displacement changes of Gaussians.
-pub(super) struct Shapes {
-    pub(super) means: Vec<[f32; 3]>,
-    pub(super) rotations: Vec<[f32; 4]>,
-    pub(super) log_scales: Vec<[f32; 3]>,
-}
-
 /// Gaussians of which some belong to a displaced body.
-pub(super) fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> Shapes {
+pub(super) fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -> GaussianCloud {
     let [tx, ty, tz, rx, ry, rz, xx, yy, zz, yz, xz, xy] = by.map(|v| v as f32);
     let turn = quat_normalize([1.0, 0.5 * rx, 0.5 * ry, 0.5 * rz]);
     let stretch = [[1.0 + xx, xy, xz], [xy, 1.0 + yy, yz], [xz, yz, 1.0 + zz]];
     let (matrix, center) = (mat_mul(&matrix_from_quat(turn), &stretch), add(body.center, [tx, ty, tz]));
     let is_stretched = stretch != matrix_from_quat([1.0, 0.0, 0.0, 0.0]);
-    let (mut means, mut rotations) = (cloud.means.clone(), cloud.rotations.clone());
-    let mut log_scales = cloud.log_scales.clone();
+    let mut moved = cloud.clone();
+    moved.turn_harmonics(body.rows.clone(), turn);
+    let GaussianCloud { means, rotations, log_scales, .. } = &mut moved;
     let linear = DMat3::from_cols_array_2d(&matrix.map(|row| row.map(f64::from))).transpose();
     for i in body.rows.clone() {
         means[i] = add(center, mat_vec(&matrix, sub(cloud.means[i], body.center)));
@@ -112,5 +105,5 @@ pub(super) fn displaced(cloud: &GaussianCloud, body: &Pose, by: &Displacement) -
             rotations[i] = quat_mul(turn, cloud.rotations[i]);
         }
     }
-    Shapes { means, rotations, log_scales }
+    moved
 }

@@ -6,11 +6,13 @@
 use std::collections::BTreeMap;
 
 use burn::tensor::{Device, Tensor, TensorData};
+use lgs_core::TurnedHarmonics;
 use lgs_core::linear::{Mat3, matrix_from_quat, quat_conjugate, quat_mul, quat_normalize, sub};
 use lgs_dynamics::RolloutSpec;
 use lgs_model::{LagrangianScene, Motion, SceneState};
 
 use crate::cloud_tensors::rows;
+use crate::turned_colors::TurnedColors;
 
 /// A kept motion.
 pub(super) struct FrameStates {
@@ -33,6 +35,8 @@ pub(super) struct StateTensors {
     pub(super) rotations: Tensor<2>,
     /// By how much their log-scales have grown since t = 0 `[n, 3]`.
     pub(super) growth: Tensor<2>,
+    /// How their harmonics have turned since t = 0.
+    pub(super) colors: TurnedColors,
 }
 
 impl FrameStates {
@@ -89,6 +93,18 @@ impl StateTensors {
             matrices: Tensor::from_data(TensorData::new(matrices, [n, 3, 3]), device),
             rotations: rows(&rotations, device),
             growth: rows(&growth, device),
+            colors: colors(state, scene, device),
         }
     }
+}
+
+/// How the harmonics of bodies have turned since t = 0.
+fn colors(state: &SceneState, scene: &LagrangianScene, device: &Device) -> TurnedColors {
+    let degree = scene.dynamic_gaussians.sh_degree;
+    if degree == 0 {
+        return TurnedColors::default();
+    }
+    let turned = |turn| TurnedHarmonics::new(turn, degree);
+    let bodies = scene.turned_bodies(state).into_iter();
+    TurnedColors::new(bodies.map(|(rows, turn)| (rows, turned(turn))), device)
 }

@@ -151,6 +151,7 @@ impl<'a> ImagePoses<'a> {
             let rows = self.rows_of_cloud(&body.rows);
             let center = wide(mean(&cloud.means[rows.clone()]));
             let turn = components(DQuat::from_mat3(&nearest_rotation(&linear))).map(|c| c as f32);
+            cloud.turn_harmonics(rows.clone(), turn);
             for row in rows {
                 cloud.means[row] = narrow(linear * (wide(cloud.means[row]) - center) + center + shift);
                 (cloud.rotations[row], cloud.log_scales[row]) = if body.deforms {

@@ -7,8 +7,6 @@ use lgs_core::linear::quat_mul;
 use lgs_distill::{DistillConfig, DistilledLaw};
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, ObjectModel, mapped_shape};
 
-use super::body::rows_of_parts;
-
 /// How laws are chosen.
 #[derive(Clone, Copy)]
 pub(super) struct LawChoice<'a> {
@@ -55,9 +53,10 @@ pub(super) fn take(found: DistilledLaw, scene: &mut LagrangianScene, object: usi
 
 /// Turns the Gaussians of each body of an object, or stretches them, as the body is at the start.
 pub(super) fn turn_shapes(scene: &mut LagrangianScene, object: usize, bases: &[(DMat3, DVec3)]) {
-    for (rows, (linear, _)) in rows_of_parts(&scene.objects[object]).into_iter().zip(bases) {
+    for (rows, (linear, _)) in scene.objects[object].bodies().into_iter().zip(bases) {
         let turn = components(DQuat::from_mat3(&nearest_rotation(linear))).map(|c| c as f32);
         let deforms = scene.objects[object].deforms();
+        scene.dynamic_gaussians.turn_harmonics(rows.clone(), turn);
         let GaussianCloud { rotations, log_scales, .. } = &mut scene.dynamic_gaussians;
         for (rotation, log_scales) in rotations[rows.clone()].iter_mut().zip(&mut log_scales[rows]) {
             if deforms {

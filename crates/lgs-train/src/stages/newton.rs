@@ -14,7 +14,7 @@ use lgs_model::{LagrangianScene, Motion, TensorFile, TensorFileError};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::body::{Body, Positions, Response, Responses, part_of, rows_of_parts};
+use super::body::{Body, Positions, Response, Responses, part_of};
 use super::displacement::Pose;
 use super::normal_equations::NormalEquations;
 use super::observation::{Changes, Normal, Observation, observe, squared_error};
@@ -198,7 +198,7 @@ impl Newton {
         let of_frame = |frame: &&Frame| {
             let at = times.index(frame);
             let pose = |object: usize| {
-                let parts = rows_of_parts(&scene.objects[object]).into_iter();
+                let parts = scene.objects[object].bodies().into_iter();
                 let parts = parts.zip(&responses[object][at]).zip(self.bodies[object].radii());
                 let first = scene.static_gaussians.len();
                 parts.map(move |((rows, response), radius)| Pose {

@@ -187,7 +187,7 @@ fn product(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stages::displacement::{Shapes, displaced};
+    use crate::stages::displacement::displaced;
     use lgs_core::{Camera, Exposure};
     use lgs_data::dataset::Pixels;
     use nalgebra::DMatrix;
@@ -198,7 +198,9 @@ mod tests {
             .map(|i| [0.2 * (i % 3) as f32, 0.15 * (i / 9) as f32, 0.2 * (i / 3 % 3) as f32])
             .collect();
         let mut cloud = GaussianCloud::isotropic(means, 0.08, [0.5; 3], 0.9);
-        cloud.sh.iter_mut().enumerate().for_each(|(i, color)| *color = ((i * 37) % 11) as f32 / 5.0 - 1.0);
+        cloud.sh_degree = 1;
+        let color = |i: usize| (((i * 37) % 11) as f32 - 5.0) / if i % 12 < 3 { 5.0 } else { 40.0 };
+        cloud.sh = (0..18 * cloud.sh_stride()).map(color).collect();
         let body = Pose { rows: 0..18, center: [0.2, 0.07, 0.2], radius: 0.25, deforms };
         let n = body.freedoms();
         let (mut a, mut b) = (DMatrix::zeros(n, n), DMatrix::zeros(n, 1));
@@ -207,8 +209,7 @@ mod tests {
             let pixels = Pixels::from(vec![255; 4 * 48 * 48]);
             let (name, exposure) = (String::new(), Exposure::IDENTITY);
             let mut frame = Frame { name, camera_id: 0, camera, time: 0.0, exposure, pixels };
-            let Shapes { means, rotations, log_scales } = displaced(&cloud, &body, by);
-            let moved = GaussianCloud { means, rotations, log_scales, ..cloud.clone() };
+            let moved = displaced(&cloud, &body, by);
             let drawn = rasterize(&Splats::from(&moved), &frame.camera, [1.0; 3]).image;
             let byte = |v: &f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
             let bytes = |p: &[f32; 3]| [byte(&p[0]), byte(&p[1]), byte(&p[2]), 255];

@@ -8,7 +8,6 @@ use lgs_data::dataset::Frame;
 use lgs_distill::BodyPoses;
 use lgs_model::{LagrangianScene, ObjectModel, Recording};
 
-use super::body::rows_of_parts;
 use super::image_poses::{ImagePoses, Part};
 use super::law_choice::own_law;
 use super::newton::squared_error_of;
@@ -33,7 +32,7 @@ pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, V
         let is_handled = object.recording.as_ref().is_some_and(Recording::is_handled);
         let is_body = has_law(object) || (!is_handled && object.members.len() >= FEWEST_OF_BODY);
         let part = |rows| Part { rows, deforms: object.deforms() };
-        let mut parts: Vec<Part> = rows_of_parts(object).into_iter().map(part).collect();
+        let mut parts: Vec<Part> = object.bodies().into_iter().map(part).collect();
         if !has_law(object) {
             parts.iter_mut().for_each(|part| part.deforms = deforms_as_a_whole(&poses, part));
         }

@@ -18,7 +18,7 @@ use lgs_model::{TensorFile, TensorFileError, scene_to_tensors};
 use rand::RngExt;
 
 use super::config::TuneDynamicsConfig;
-use super::frame_states::FrameStates;
+use super::frame_states::{FrameStates, StateTensors};
 use super::light::lit_at;
 use super::object_tensors::{ObjectPath, Roll, TrainableObject, Window};
 use super::{TrainingData, rows_of_gaussians};
@@ -60,7 +60,9 @@ impl KeptMotion {
     fn at(&mut self, time: f32) -> CloudTensors {
         let state = self.states.at(time);
         let log_scales = self.at_start.log_scales.clone() + state.growth;
-        CloudTensors { means: state.means, rotations: state.rotations, log_scales, ..self.at_start.clone() }
+        let sh = state.colors.of(self.at_start.sh.clone());
+        let StateTensors { means, rotations, .. } = state;
+        CloudTensors { means, rotations, log_scales, sh, ..self.at_start.clone() }
     }
 }
 

@@ -125,6 +125,7 @@ fn moved(at_start: CloudTensors, state: StateTensors, rolled_means: &Tensor<2>) 
         means: state.means.autodiff() + turned,
         rotations: quat_mul(&state.turns.autodiff(), &at_start.rotations),
         log_scales: at_start.log_scales + state.growth.autodiff(),
+        sh: state.colors.autodiff().of(at_start.sh),
         ..at_start
     }
 }

@@ -85,6 +85,10 @@ impl LawBody {
         let velocities = reshaped.start_velocities(&moved.q, lgs_dynamics::Edit::default());
         scene.velocities[members.clone()].copy_from_slice(&velocities);
         scene.dynamic_gaussians.means[members.clone()].copy_from_slice(&moved.q);
+        for rows in scene.objects[object].bodies().into_iter().filter(|rows| !rows.is_empty()) {
+            let turn = moved.rotation[rows.start - members.start];
+            scene.dynamic_gaussians.turn_harmonics(rows, turn);
+        }
         for (rotation, &turn) in scene.dynamic_gaussians.rotations[members].iter_mut().zip(&moved.rotation) {
             *rotation = quat_mul(turn, *rotation);
         }

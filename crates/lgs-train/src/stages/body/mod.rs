@@ -5,12 +5,10 @@ mod geometry;
 mod law;
 mod particles;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use lgs_core::{GaussianCloud, Stream};
 use lgs_dynamics::Supports;
-use lgs_mechanics::coordinates::Bodies;
 use lgs_model::{Dynamics, LagrangianScene, ObjectModel};
 
 use super::displacement::Displacement;
@@ -114,16 +112,6 @@ impl Body {
             Self::Recorded => Vec::new(),
         }
     }
-}
-
-/// The rows of each rigid part of an object among the scene's dynamic Gaussians.
-pub(super) fn rows_of_parts(object: &ObjectModel) -> Vec<Range<usize>> {
-    let ObjectModel { members, dynamics, .. } = object;
-    let ranges = match dynamics.generalised() {
-        Some(generalised) if object.recording.is_none() => generalised.bodies.ranges(members.len()),
-        _ => Bodies::default().ranges(members.len()),
-    };
-    ranges.into_iter().map(|rows| members.start + rows.start..members.start + rows.end).collect()
 }
 
 /// The scene of at most `subset` particles of one object.
