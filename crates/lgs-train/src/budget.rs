@@ -102,7 +102,13 @@ impl Budget {
     /// # Errors
     /// If the record cannot be written.
     pub(crate) fn has_time_for(&mut self, stage: Stage) -> Result<bool, TrainError> {
-        if let Some(&has_time) = self.schedule.has_time_for.get(stage.name()) {
+        self.has_time_again_for(stage, 1)
+    }
+
+    /// The same of the `round`th time.
+    pub(crate) fn has_time_again_for(&mut self, stage: Stage, round: usize) -> Result<bool, TrainError> {
+        let name = if round == 1 { stage.name().to_owned() } else { name_of_round(stage, round) };
+        if let Some(&has_time) = self.schedule.has_time_for.get(&name) {
             return Ok(has_time);
         }
         let available = self.left() - self.reserve(stage);
@@ -110,7 +116,7 @@ impl Budget {
             Stage::FitDynamics => available > 0.0,
             _ => share(stage, LastStage::TuneGaussians) * available > LEAST_SHARE * self.secs,
         };
-        self.schedule.has_time_for.insert(stage.name().to_owned(), has_time);
+        self.schedule.has_time_for.insert(name, has_time);
         self.save()?;
         Ok(has_time)
     }
@@ -121,7 +127,7 @@ impl Budget {
         let Some(Current { begun, .. }) = self.current else { return true };
         let of_a_round = (self.used() - begun) / (round - 1) as f64;
         let fits = of_a_round * round as f64 <= DISTILL_SHARE * (self.secs - begun);
-        *self.schedule.has_time_for.entry(format!("{}, round {round}", Stage::Distill.name())).or_insert(fits)
+        *self.schedule.has_time_for.entry(name_of_round(Stage::Distill, round)).or_insert(fits)
     }
 
     /// Whether the choice of laws by images has time for another search, of a given name, beside the choice
@@ -174,6 +180,11 @@ impl Budget {
             .map_err(|e| FileError::new("write file", &self.path, e.into()))?;
         Ok(write_atomically(&self.path, |w| w.write_all(&json))?)
     }
+}
+
+/// Name of a stage's round in the record.
+fn name_of_round(stage: Stage, round: usize) -> String {
+    format!("{}, round {round}", stage.name())
 }
 
 impl Current {

@@ -36,6 +36,11 @@ impl Clock {
         Self { length, place: 0.0, ..*self }
     }
 
+    /// Steps of the schedule.
+    pub(crate) fn length(&self) -> usize {
+        self.length
+    }
+
     /// Takes a step; returns the steps of the schedule that it completes, counted from 1.
     pub fn advance(&mut self) -> RangeInclusive<usize> {
         let before = self.place;

@@ -75,6 +75,9 @@ pub(crate) const FEWEST_OF_BODY: usize = 4;
 /// Decibels by which the last choice of laws may change the images without the Gaussians being tuned to it:
 /// where they and the motion agree it is a hundredth, where they hold each other back a quarter and more.
 pub(crate) const UNSETTLED: f64 = 0.1;
+/// Rounds at most in which Gaussians are tuned to a motion that has changed: each takes back about half of
+/// what motion and Gaussians have held each other to, four leave a sixteenth.
+pub(crate) const MOST_RETUNINGS: usize = 4;
 
 // Laws held to their source
 

@@ -32,7 +32,6 @@ use crate::stages::{
 use crate::training_loop::TrainingLoop;
 use crate::window::{check_window, end_of_window, learns_no_motion};
 use observer::Observer;
-use settled::warn_of;
 
 /// Name, in the record of a budget, of the search that is left out where there is no time for it.
 const PARTS_BY_IMAGES: &str = "laws of parts by images";
@@ -147,13 +146,9 @@ impl Pipeline<'_> {
             if self.is_left_out(stage, &scene) {
                 continue;
             }
-            if stage == Stage::RetuneGaussians && stage > reached {
-                let settled = self.settled(scene, source)?;
-                scene = settled.held.scene;
-                if !(settled.needs_retuning && self.has_time_for(stage)?) {
-                    warn_of(&settled.held.worse);
-                    continue;
-                }
+            if stage == Stage::RetuneGaussians {
+                scene = self.retuned(scene, source, latest.filter(|c| c.stage == stage), control)?;
+                continue;
             }
             let tunes = matches!(stage, Stage::RefineGaussians | Stage::TuneGaussians);
             let has_time = !tunes || self.has_time_for(stage)?;
@@ -164,11 +159,6 @@ impl Pipeline<'_> {
             let mut trainer = self.trainer(stage, scene)?;
             self.training_loop().drive(&mut *trainer, latest.filter(|c| c.stage == stage), control)?;
             scene = trainer.scene();
-            if stage == Stage::RetuneGaussians {
-                let settled = self.settled(scene, source)?;
-                warn_of(&settled.held.worse);
-                scene = settled.held.scene;
-            }
         }
         Ok(scene)
     }
@@ -279,7 +269,6 @@ impl Pipeline<'_> {
             Stage::RefineGaussians => {
                 Box::new(TuneGaussians::refinement(scene, data, &config.refine_gaussians))
             }
-            Stage::RetuneGaussians => Box::new(TuneGaussians::again(scene, data, &config.tune_gaussians)),
             _ => Box::new(TuneGaussians::new(scene, data, &config.tune_gaussians)),
         })
     }

@@ -1,25 +1,31 @@
 //! The motion of a scene once its Gaussians are tuned: laws chosen a last time by the images, and held to the
 //! source.
 
+use std::cell::RefCell;
+
 use lgs_distill::CoordinatesKind;
 use lgs_model::LagrangianScene;
 use lgs_model::source::SourceModel;
 
 use super::Pipeline;
-use crate::checkpoint::Stage;
+use crate::budget::Budget;
+use crate::checkpoint::{Checkpoint, Stage};
+use crate::driver::{Control, SceneTrainer};
 use crate::error::TrainError;
-use crate::stages::{HeldToSource, Outcome, SourceOfScene, WorseThanSource, held_to_source, load_rows};
-use crate::thresholds::UNSETTLED;
+use crate::stages::{
+    HeldToSource, Outcome, SourceOfScene, TuneGaussians, WorseThanSource, held_to_source, load_rows,
+};
+use crate::thresholds::{MOST_RETUNINGS, UNSETTLED};
 
 /// A scene whose laws have been chosen for tuned Gaussians.
-pub(super) struct Settled {
-    pub(super) held: HeldToSource,
+struct Settled {
+    held: HeldToSource,
     /// Whether its motion is so much another one that its Gaussians are to be tuned once more.
-    pub(super) needs_retuning: bool,
+    needs_retuning: bool,
 }
 
 /// Warns of objects that draw the window too badly.
-pub(super) fn warn_of(worse: &[WorseThanSource]) {
+fn warn_of(worse: &[WorseThanSource]) {
     for WorseThanSource { object, decibels, outcome } in worse {
         let outcome = match outcome {
             Outcome::GivesWay => "it plays the source's tracks there, and its law is not to be trusted",
@@ -34,13 +40,45 @@ pub(super) fn warn_of(worse: &[WorseThanSource]) {
 }
 
 impl Pipeline<'_> {
+    /// The scene with laws chosen a last time by the images, after stage 3. Where that changes the motion, the
+    /// Gaussians are tuned once more and laws chosen for these, as long as it does and there is time; `latest`
+    /// is a checkpoint of such a round.
+    pub(super) fn retuned(
+        &self,
+        mut scene: LagrangianScene,
+        source: &dyn SourceModel,
+        mut latest: Option<&Checkpoint>,
+        control: &mut Control<'_>,
+    ) -> Result<LagrangianScene, TrainError> {
+        let (data, config) = (self.training_data(), &self.config.tune_gaussians);
+        let mut tuned: Option<TuneGaussians<'_>> = None;
+        loop {
+            if latest.is_none() {
+                let Settled { held, needs_retuning } = self.settled(scene, source)?;
+                scene = held.scene;
+                let round = tuned.as_ref().map_or(0, TuneGaussians::round) + 1;
+                if !(needs_retuning && round <= MOST_RETUNINGS && self.has_time_to_retune(round)?) {
+                    warn_of(&held.worse);
+                    return Ok(scene);
+                }
+            }
+            let mut trainer = TuneGaussians::again(scene, data, config, tuned.as_ref());
+            self.training_loop().drive(&mut trainer, latest.take(), control)?;
+            scene = trainer.scene();
+            tuned = Some(trainer);
+        }
+    }
+
+    /// Whether the budget, if there is one, leaves time to tune the Gaussians once more.
+    fn has_time_to_retune(&self, round: usize) -> Result<bool, TrainError> {
+        let decide =
+            |budget: &RefCell<Budget>| budget.borrow_mut().has_time_again_for(Stage::RetuneGaussians, round);
+        self.budget.as_ref().map_or(Ok(true), decide)
+    }
+
     /// The scene with laws chosen once more by the images, now that the Gaussians are tuned, and held to the
     /// source.
-    pub(super) fn settled(
-        &self,
-        scene: LagrangianScene,
-        source: &dyn SourceModel,
-    ) -> Result<Settled, TrainError> {
+    fn settled(&self, scene: LagrangianScene, source: &dyn SourceModel) -> Result<Settled, TrainError> {
         let (scene, gain) = self.with_laws_of_tuned_gaussians(scene)?;
         let held = self.held_to_source(scene, source)?;
         let plays_tracks = held.worse.iter().any(|object| object.outcome == Outcome::GivesWay);

@@ -35,10 +35,14 @@ use crate::view::{Sensor, View};
 
 /// Name of the means of the kept motion in a checkpoint.
 const ROLLED_MEANS: &str = "tune.rolled_means";
+/// Name of the round in a checkpoint.
+const ROUND: &str = "tune.round";
 
 /// Stage 3 of a run, or the refinement before stage 2.
 pub struct TuneGaussians<'a> {
     stage: Stage,
+    /// How often the stage has begun.
+    round: usize,
     scene: LagrangianScene,
     frames: &'a [Frame],
     config: TuneGaussiansConfig,
@@ -80,10 +84,24 @@ impl<'a> TuneGaussians<'a> {
         Self::of_stage(Stage::RefineGaussians, scene, data, config)
     }
 
-    /// Stage 3 once more from its first step.
+    /// Stage 3 once more from its first step, or another time after the steps of those before.
     #[must_use]
-    pub fn again(scene: LagrangianScene, data: TrainingData<'a>, config: &TuneGaussiansConfig) -> Self {
-        Self::of_stage(Stage::RetuneGaussians, scene, data, config)
+    pub fn again(
+        scene: LagrangianScene,
+        data: TrainingData<'a>,
+        config: &TuneGaussiansConfig,
+        before: Option<&Self>,
+    ) -> Self {
+        let again = Self::of_stage(Stage::RetuneGaussians, scene, data, config);
+        let Some(before) = before else { return again };
+        let clock = before.clock.begun_again(again.clock.length());
+        Self { round: before.round + 1, clock, ..again }
+    }
+
+    /// How often the stage has begun, this time included.
+    #[must_use]
+    pub fn round(&self) -> usize {
+        self.round
     }
 
     fn of_stage(
@@ -97,6 +115,7 @@ impl<'a> TuneGaussians<'a> {
         let is_trained = !frames.is_empty() && !scene.is_empty();
         Self {
             stage,
+            round: 1,
             clock: Clock::new(if is_trained { config.iterations } else { 0 }),
             static_gaussians: TrainableCloud::new(&scene.static_gaussians, device),
             dynamic_gaussians: TrainableCloud::new(&scene.dynamic_gaussians, device),
@@ -180,6 +199,7 @@ impl Trainer for TuneGaussians<'_> {
     fn checkpoint(&self) -> TensorFile {
         let mut file = scene_to_tensors(&self.scene(), CHECKPOINT_FORMAT);
         self.clock.insert_into(&mut file);
+        file.set_metadata(ROUND, self.round.to_string());
         self.prior.insert_into(&mut file);
         self.static_gaussians.insert_into(&mut file, "tune.static");
         self.dynamic_gaussians.insert_into(&mut file, "tune.dynamic");
@@ -216,6 +236,8 @@ impl Trainer for TuneGaussians<'_> {
                 super::rows_of_gaussians(file, ROLLED_MEANS, self.dynamic_gaussians.len())?;
             self.kept = Some(KeptMotion::roll(rolled, &self.device));
         }
+        let round = file.metadata(ROUND)?;
+        self.round = round.parse().map_err(|_| file.field(ROUND, "a number", round.to_owned()))?;
         self.clock.restore(file, step)
     }
 }
