@@ -29,14 +29,16 @@ mod statistics;
 mod streams;
 pub mod testing;
 pub mod thresholds;
+mod turned_harmonics;
 
 pub use camera::{Camera, DEFAULT_NEAR, PixelFilter};
 pub use cloud::{CloudError, GaussianCloud, sh_coefficients};
 pub use exposure::Exposure;
 pub use gauge::Gauge;
-pub use harmonics::{SH_C0, TurnedHarmonics};
+pub use harmonics::SH_C0;
 pub use image::{Image, psnr_of_mse};
 pub use neighbors::{k_nearest, mean_squared_neighbor_distance, nearest_indices};
 pub use spatial::spatial_order;
 pub use statistics::{holding, median};
 pub use streams::{Stream, stream};
+pub use turned_harmonics::TurnedHarmonics;

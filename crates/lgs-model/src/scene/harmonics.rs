@@ -47,3 +47,58 @@ impl LagrangianScene {
         bodies.map(|(rows, deforms)| turn(rows, deforms)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use lgs_core::{GaussianCloud, TurnedHarmonics};
+    use lgs_dynamics::{Edit, Reversal};
+    use lgs_mechanics::Law;
+    use lgs_mechanics::bands::Known;
+    use lgs_mechanics::coordinates::{Coordinates, Hinge, State};
+
+    use super::*;
+    use crate::{Dynamics, GeneralisedDynamics, Motion, MotionConfig};
+
+    /// A static Gaussian, and two that turn by one radian per unit of time about the vertical axis.
+    fn turning() -> LagrangianScene {
+        let cloud = |means: Vec<[f32; 3]>| {
+            let mut cloud =
+                GaussianCloud { sh_degree: 1, ..GaussianCloud::isotropic(means, 0.1, [0.5; 3], 0.9) };
+            cloud.sh = (0..cloud.len() * 12).map(|i| ((i * 37) % 11) as f32 / 5.0 - 1.0).collect();
+            cloud
+        };
+        let hinge = Coordinates::Hinge(Hinge { axis: [0.0, 0.0, 1.0], pivot: [0.0; 3] });
+        let law = Law::new(hinge, Vec::new(), Vec::new(), 0.01).expect("a law");
+        let start = State { x: vec![0.0], v: vec![1.0] };
+        let dynamics = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
+        let config = MotionConfig { dt: 0.01, time_window: 1.0 };
+        LagrangianScene {
+            velocities: vec![[0.0; 3]; 2],
+            objects: vec![ObjectModel {
+                members: 0..2,
+                dynamics: Dynamics::Generalised(dynamics),
+                recording: None,
+            }],
+            dynamic_gaussians: cloud(vec![[0.3, 0.0, 0.0], [0.0, 0.4, 0.1]]),
+            ..LagrangianScene::still(cloud(vec![[1.0; 3]]), config, [1.0; 3])
+        }
+    }
+
+    #[test]
+    fn colours_of_a_body_turn_with_it_and_those_of_what_is_still_do_not() {
+        let scene = turning();
+        let state = Motion::new(&scene, Edit::default(), Reversal::default()).state_at(0.5);
+        let turn = [0.25_f32.cos(), 0.0, 0.0, 0.25_f32.sin()];
+        let [(rows, found)] = &scene.turned_bodies(&state)[..] else { panic!("one body") };
+        assert_eq!(*rows, 0..2);
+        assert!(found.iter().zip(turn).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}");
+        let drawn = scene.cloud_at(&state, 0.5);
+        assert_eq!(drawn.sh[..12], scene.static_gaussians.sh);
+        let mut expected = scene.dynamic_gaussians.clone();
+        expected.turn_harmonics(0..2, turn);
+        assert_ne!(expected.sh, scene.dynamic_gaussians.sh);
+        let far = drawn.sh[12..].iter().zip(&expected.sh).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(far < 1e-5, "{far}");
+        assert_eq!(TurnedHarmonics::new(turn, 0).matrix(), (0, &[][..]));
+    }
+}

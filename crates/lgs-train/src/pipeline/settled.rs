@@ -40,9 +40,9 @@ fn warn_of(worse: &[WorseThanSource]) {
 }
 
 impl Pipeline<'_> {
-    /// The scene with laws chosen a last time by the images, after stage 3. Where that changes the motion, the
-    /// Gaussians are tuned once more and laws chosen for these, as long as it does and there is time; `latest`
-    /// is a checkpoint of such a round.
+    /// The scene with laws chosen a last time by the images, after stage 3. Where that changes the motion,
+    /// the Gaussians are tuned once more and laws chosen for these, as long as it does and there is time;
+    /// `latest` is a checkpoint of such a round.
     pub(super) fn retuned(
         &self,
         mut scene: LagrangianScene,
