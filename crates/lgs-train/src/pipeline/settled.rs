@@ -20,8 +20,22 @@ use crate::thresholds::{MOST_RETUNINGS, UNSETTLED};
 /// A scene whose laws have been chosen for tuned Gaussians.
 struct Settled {
     held: HeldToSource,
-    /// Whether its motion is so much another one that its Gaussians are to be tuned once more.
-    needs_retuning: bool,
+    /// Whether objects have come to play their source's tracks.
+    plays_tracks: bool,
+    /// Whether the laws draw the images another way.
+    is_changed: bool,
+}
+
+impl Settled {
+    /// Whether its motion is so much another one that its Gaussians are to be tuned for the `round`th time. A
+    /// law that gives way to tracks once more would be sought and give way in every round.
+    fn needs_retuning(&self, round: usize) -> bool {
+        let is_new = match round {
+            1 => self.is_changed || self.plays_tracks,
+            _ => self.is_changed && !self.plays_tracks,
+        };
+        is_new && round <= MOST_RETUNINGS
+    }
 }
 
 /// Warns of objects that draw the window too badly.
@@ -54,11 +68,12 @@ impl Pipeline<'_> {
         let mut tuned: Option<TuneGaussians<'_>> = None;
         loop {
             if latest.is_none() {
-                let Settled { held, needs_retuning } = self.settled(scene, source)?;
-                scene = held.scene;
+                let settled = self.settled(scene, source)?;
                 let round = tuned.as_ref().map_or(0, TuneGaussians::round) + 1;
-                if !(needs_retuning && round <= MOST_RETUNINGS && self.has_time_to_retune(round)?) {
-                    warn_of(&held.worse);
+                let goes_on = settled.needs_retuning(round) && self.has_time_to_retune(round)?;
+                scene = settled.held.scene;
+                if !goes_on {
+                    warn_of(&settled.held.worse);
                     return Ok(scene);
                 }
             }
@@ -82,7 +97,7 @@ impl Pipeline<'_> {
         let (scene, gain) = self.with_laws_of_tuned_gaussians(scene)?;
         let held = self.held_to_source(scene, source)?;
         let plays_tracks = held.worse.iter().any(|object| object.outcome == Outcome::GivesWay);
-        Ok(Settled { held, needs_retuning: plays_tracks || gain.abs() > UNSETTLED })
+        Ok(Settled { held, plays_tracks, is_changed: gain.abs() > UNSETTLED })
     }
 
     /// The scene with the laws given up that draw the window worse than the source. The paper's dynamics are
