@@ -6,7 +6,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use lgs_core::TurnedHarmonics;
 
 /// How the harmonics of some bodies have turned.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub(crate) struct TurnedColors {
     /// Rows of each body, ascending, and the matrix `[K − 1, K − 1]` that takes a row of its old coefficients
     /// above the constant one to the new ones.

@@ -30,9 +30,12 @@ impl ObjectModel {
 
 impl LagrangianScene {
     /// The bodies whose harmonics turn with them, by their rows among the dynamic Gaussians, and the
-    /// rotation of each since t = 0, a quaternion w x y z.
+    /// rotation of each since t = 0, a quaternion w x y z; none where colours look the same from all sides.
     #[must_use]
     pub fn turned_bodies(&self, state: &SceneState) -> Vec<(Range<usize>, [f32; 4])> {
+        if self.dynamic_gaussians.sh_degree == 0 {
+            return Vec::new();
+        }
         let turn = |rows: Range<usize>, deforms: bool| {
             let turn = if deforms {
                 let linear = nearest_rotation(&self.linear_map(&rows, state));

@@ -100,11 +100,7 @@ impl StateTensors {
 
 /// How the harmonics of bodies have turned since t = 0.
 fn colors(state: &SceneState, scene: &LagrangianScene, device: &Device) -> TurnedColors {
-    let degree = scene.dynamic_gaussians.sh_degree;
-    if degree == 0 {
-        return TurnedColors::default();
-    }
-    let turned = |turn| TurnedHarmonics::new(turn, degree);
+    let turned = |turn| TurnedHarmonics::new(turn, scene.dynamic_gaussians.sh_degree);
     let bodies = scene.turned_bodies(state).into_iter();
     TurnedColors::new(bodies.map(|(rows, turn)| (rows, turned(turn))), device)
 }
