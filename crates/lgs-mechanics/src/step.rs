@@ -5,14 +5,33 @@ use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_STATES, ERROR_OF_DIFFERENCE, FORECAST_ERROR, MOST_HALVINGS};
+use crate::thresholds::{
+    COMPARED_STATES, ERROR_OF_DIFFERENCE, FORECAST_ERROR, MOST_HALVINGS, RESOLVED_PARTS,
+};
 use std::borrow::Cow;
+
+/// What halving a law's step has come to.
+enum Halved {
+    /// The longest step that resolves its motion.
+    Resolved(Law),
+    /// The last step tried, which does not resolve it, or why that has no motion.
+    Finest(Result<Law, MechanicsError>),
+}
 
 impl Law {
     /// The same law with the longest step, among its own and its halves, whose error over `duration` from
-    /// `start` stays below `tolerance` times the farthest that the configuration gets from it.
+    /// `start` stays below `tolerance` times the farthest that the configuration gets from it. A motion that
+    /// none resolves for so long, as one that falls into a centre after a while, is resolved for a half or a
+    /// quarter of it, or keeps its step.
     pub fn resolved(self, start: &State, duration: f64, tolerance: f64) -> Result<Self, MechanicsError> {
-        self.resolved_under(Edit::NONE, start, duration, tolerance)
+        let mut finest = Ok(self.clone());
+        for part in RESOLVED_PARTS {
+            match self.clone().halved(Edit::NONE, start, part * duration, tolerance) {
+                Halved::Resolved(law) => return Ok(law),
+                Halved::Finest(law) => finest = law,
+            }
+        }
+        if self.states(Edit::NONE, start, &[duration]).is_ok() { Ok(self) } else { finest }
     }
 
     /// The law with a step that resolves an edited motion up to a time; its own without an edit, and for a
@@ -30,12 +49,19 @@ impl Law {
     /// than its own. The tolerance is a part of the longer of the two paths: a motion that an edit stops has
     /// none, and rounding errors alone.
     pub fn resolved_under(
-        mut self,
+        self,
         edit: Edit,
         start: &State,
         duration: f64,
         tolerance: f64,
     ) -> Result<Self, MechanicsError> {
+        match self.halved(edit, start, duration, tolerance) {
+            Halved::Resolved(law) => Ok(law),
+            Halved::Finest(law) => law,
+        }
+    }
+
+    fn halved(mut self, edit: Edit, start: &State, duration: f64, tolerance: f64) -> Halved {
         let times: Vec<f64> =
             (1..=COMPARED_STATES).map(|i| duration * i as f64 / COMPARED_STATES as f64).collect();
         let at_rest = vec![start.clone(); times.len()];
@@ -53,13 +79,13 @@ impl Law {
             if let (Ok(coarse), Ok(fine)) = (&coarse, &fine) {
                 let path = self.farthest(&at_rest, fine).max(own_path);
                 if ERROR_OF_DIFFERENCE * self.farthest(coarse, fine) <= tolerance * path {
-                    return Ok(self);
+                    return Halved::Resolved(self);
                 }
             }
             self = half;
             coarse = fine;
         }
-        coarse.map(|_| self)
+        Halved::Finest(coarse.map(|_| self))
     }
 
     fn states(&self, edit: Edit, start: &State, times: &[f64]) -> Result<Vec<State>, MechanicsError> {

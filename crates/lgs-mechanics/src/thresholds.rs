@@ -74,6 +74,9 @@ pub const FORECAST_ERROR: f64 = 1e-4;
 pub(crate) const COMPARED_STATES: usize = 8;
 /// Halvings after which a motion counts as not resolved: a step of a four-thousandth.
 pub(crate) const MOST_HALVINGS: usize = 12;
+/// Parts of a duration that a motion is resolved for, each if it is not for the one before: of three windows,
+/// the last lies within the first.
+pub(crate) const RESOLVED_PARTS: [f64; 3] = [1.0, 0.5, 0.25];
 
 // Choice, bands and verdicts.
 

@@ -44,6 +44,19 @@ fn an_edited_motion_has_a_step_of_its_own() {
 }
 
 #[test]
+fn a_motion_that_falls_into_a_centre_is_resolved_until_then() {
+    let terms: [(&str, Port, &[f64]); 1] = [("central-inverse-square", Port::Whole, &[1.0, 0.0, 0.0, 0.0])];
+    // It takes π / √8 to fall.
+    let (falling, start) = (law(Coordinates::Point, &[], &terms), state(&[1.0, 0.0, 0.0], &[0.0, 1e-9, 0.0]));
+    let resolved = falling.clone().resolved(&start, 2.0, 1e-4).unwrap();
+    assert!(resolved.step > falling.step / 100.0, "{} of {}", resolved.step, falling.step);
+    let fine = Law { step: resolved.step / 16.0, ..resolved.clone() };
+    let [found, truth] = [resolved, fine]
+        .map(|law| System::new(&law, Edit::NONE).states(&start, &[1.0]).unwrap().remove(0).x[0]);
+    assert!((found - truth).abs() < 1e-3 && truth < 0.3, "{found} {truth}");
+}
+
+#[test]
 fn a_motion_that_an_edit_stops_keeps_its_step() {
     let inertia = Inertia { form: InertiaForm::Isotropic, ..asymmetric() };
     let terms: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Center, &[0.0, 0.0, -9.0])];

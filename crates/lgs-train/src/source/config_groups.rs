@@ -86,7 +86,7 @@ pub struct LearningRates {
     pub rotation: f64,
     /// Share of these rates, those of the Gaussians, while the time window grows (paper: 1). Opacities and
     /// colours learn faster than the network: what begins to move, or crosses its own width between two
-    /// moments, would blur or fade before it is followed.
+    /// moments, would blur or fade before it is followed. 0: the Gaussians keep still meanwhile.
     pub while_growing: f64,
     /// Rate of the deformation network at the start (paper: 8e-4).
     pub deformation_start: f64,
