@@ -160,6 +160,17 @@ pub(crate) const FAR_ABOVE_START: f64 = 4.0;
 /// four times that of the start or more fell to 0.25 to 0.74; in the one that did not, it stayed
 /// (docs/experiments.md).
 pub(crate) const MOST_LEFT_IF_FOLLOWED: f64 = 0.85;
+/// Part of a schedule, its last, whose images tell what is not followed: some dozens of every part of the
+/// window in the shortest.
+pub(crate) const SHARE_OF_END: f64 = 0.1;
+/// Parts of the window whose images' errors are compared.
+pub(crate) const PARTS_OF_WINDOW: usize = 10;
+/// Images of each time from which errors of different times are compared.
+pub(crate) const COMPARED_IMAGES_PER_TIME: f32 = 3.0;
+/// Error of the images of a part of the window, over the median of the parts, from which what moves in that
+/// part is not followed: 3.2 and 3.3 in two trainings that lost something, 2.0 and 2.3 in the two that come
+/// nearest of 38 others (docs/experiments.md).
+pub(crate) const FAR_ABOVE_OTHERS: f64 = 2.75;
 /// Pace of a schedule under a budget from which there is no time for another attempt: it has a schedule half
 /// as long again and half of the time left, and would go on at two to three times this pace.
 pub(crate) const HASTY_PACE: f64 = 1.25;

@@ -8,6 +8,8 @@ use lgs_data::dataset::{Dataset, Frame};
 use lgs_model::source::{Canonical, Learned, Moment, ShadedSource, SourceModel, SourceMotion};
 use lgs_model::{TensorFile, TensorFileError};
 
+use attempts::Attempt;
+
 use super::background::Background;
 use super::config::SourceConfig;
 use super::density::DensityControl;
@@ -34,13 +36,14 @@ use crate::view::{Sensor, View};
 pub struct SourceTrainer<'a> {
     dataset: &'a Dataset,
     seed: u64,
-    /// Whether an attempt with a window that grew faster was given up.
-    is_another_attempt: bool,
+    attempt: Attempt,
     /// Until it is known whether the motion follows what moves.
     following: Option<Following>,
     images: ImageLevels<'a>,
     background: Background,
     config: SourceConfig,
+    /// Settings of the first attempt.
+    first_config: SourceConfig,
     device: Device,
     clock: Clock,
     cloud: TrainableCloud,
@@ -224,7 +227,7 @@ impl Trainer for SourceTrainer<'_> {
         self.cameras.step(frame, &sensor, iteration, &mut gradients);
         self.descend((&leaves, &network), &mut gradients, passed.clone());
         self.judge_brightness(&passed);
-        self.judge_motion(&passed, &compared.mse);
+        self.judge_motion(&passed, (frame.time, &compared.mse));
         StepReport::on_device(&compared.loss, &[compared.mse])
     }
 

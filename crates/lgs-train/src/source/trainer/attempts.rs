@@ -1,5 +1,5 @@
 //! Attempts at a source model: the start of one and, where its motion does not follow what moves, another
-//! one with a window that grows more slowly.
+//! one with a window that grows more slowly, or with Gaussians that keep still while it grows.
 
 use std::ops::RangeInclusive;
 
@@ -8,17 +8,17 @@ use lgs_core::GaussianCloud;
 use lgs_data::dataset::Dataset;
 use lgs_model::source::{Captured, InputFrame};
 use lgs_model::{TensorFile, TensorFileError};
+use serde::{Deserialize, Serialize};
 
 use super::SourceTrainer;
 use crate::adam::AdamGroup;
 use crate::cameras::CameraRefinement;
 use crate::clock::Clock;
 use crate::error::TrainError;
-use crate::source::SourceConfig;
 use crate::source::background::Background;
 use crate::source::density::DensityControl;
 use crate::source::flown::{carried, things_in_flight};
-use crate::source::following::Following;
+use crate::source::following::{Finding, Following};
 use crate::source::guide::Guide;
 use crate::source::image_levels::ImageLevels;
 use crate::source::initial::initial_cloud;
@@ -27,11 +27,70 @@ use crate::source::priors::MotionPriors;
 use crate::source::proposals::Proposals;
 use crate::source::shading::ShadingSchedule;
 use crate::source::smoothing::Smoothing;
+use crate::source::{DensifyConfig, LearningRates, SourceConfig};
 use crate::thresholds::HASTY_PACE;
 use crate::trainable_cloud::TrainableCloud;
 
-/// Name of the number of attempts before this one in a checkpoint.
-const ATTEMPTS: &str = "attempts";
+/// Name of an attempt in a checkpoint.
+const ATTEMPT: &str = "attempt";
+
+/// Which attempt at a source model this is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Attempt {
+    /// The first one.
+    First,
+    /// With a window that grows more slowly.
+    Slower,
+    /// With Gaussians that keep still while the window grows, so that the network alone explains what is new
+    /// in it; the first one had this error at its end.
+    Still { error_of_first: f64 },
+    /// As the first one, since another was no better.
+    FirstAgain,
+}
+
+impl Attempt {
+    /// Its settings, given those of the first one.
+    fn settings(self, first: &SourceConfig) -> SourceConfig {
+        let learning_rates = LearningRates { while_growing: 0.0, ..first.learning_rates.clone() };
+        // What is removed meanwhile would not be put right.
+        let densify = DensifyConfig { prune_extent: 0.0, ..first.densify.clone() };
+        match self {
+            Self::First => first.clone(),
+            Self::Slower => first.growing_slower(),
+            Self::Still { .. } => SourceConfig { learning_rates, densify, ..first.clone() },
+            Self::FirstAgain => SourceConfig { slower_growth: 0, ..first.clone() },
+        }
+    }
+
+    /// The one that follows it after some iterations, if another is needed.
+    fn next(self, following: &Following, passed: &RangeInclusive<usize>) -> Option<Self> {
+        match (self, following.finding(passed)) {
+            (Self::First, Finding::TooFast) => Some(Self::Slower),
+            (Self::First, Finding::Lost) => Some(Self::Still { error_of_first: following.error() }),
+            (Self::Still { error_of_first }, _)
+                if following.is_over_in(passed) && following.error() > error_of_first =>
+            {
+                Some(Self::FirstAgain)
+            }
+            _ => None,
+        }
+    }
+
+    /// Why it is begun.
+    fn reason(self) -> &'static str {
+        match self {
+            Self::First => "",
+            Self::Slower => {
+                "what moves is not followed; training begins anew, with a window that grows more slowly"
+            }
+            Self::Still { .. } => {
+                "what moves is not followed at all times; training begins anew, with Gaussians that keep \
+                 still while its window grows"
+            }
+            Self::FirstAgain => "that is no better; training begins anew as it began at first",
+        }
+    }
+}
 
 /// What a motion has to know of the images, given their last time and the seed.
 fn captured(cloud: &GaussianCloud, config: &SourceConfig, (time_window, seed): (f32, u64)) -> Captured {
@@ -63,8 +122,8 @@ impl<'a> SourceTrainer<'a> {
         Ok(Self {
             dataset,
             seed,
-            is_another_attempt: false,
-            following: Following::new(&config),
+            attempt: Attempt::First,
+            following: Following::new(&config, dataset),
             order,
             images: ImageLevels::new(frames),
             background: Background::new(dataset, config.random_background, seed),
@@ -78,47 +137,42 @@ impl<'a> SourceTrainer<'a> {
             motion,
             priors: MotionPriors::new(guide, dataset.extent(), &config, device),
             cameras: CameraRefinement::new(dataset, &config.cameras, config.iterations, device),
+            first_config: config.clone(),
             config,
             device: device.clone(),
         })
     }
 
     /// Begins anew where the images say, after some iterations of the schedule, that what moves is not
-    /// followed; `mse` `[1]` is the error of the image of the last of them.
-    pub(super) fn judge_motion(&mut self, passed: &RangeInclusive<usize>, mse: &Tensor<1>) {
+    /// followed; `mse` `[1]` is the error of the image of the last of them, which is of some time.
+    pub(super) fn judge_motion(&mut self, passed: &RangeInclusive<usize>, (time, mse): (f32, &Tensor<1>)) {
         let Some(following) = &mut self.following else { return };
-        following.observe(self.clock.iteration(), mse);
-        if !following.is_judged_in(passed) {
-            return;
-        }
-        let is_followed = following.is_followed();
-        self.following = None;
-        if is_followed {
-            return;
-        }
-        if self.clock.pace() > HASTY_PACE {
+        following.observe((self.clock.iteration(), time), mse);
+        let Some(next) = self.attempt.next(following, passed) else { return };
+        // Under a budget the pace is another than one, and the time is over when training is.
+        let (pace, is_over) = (self.clock.pace(), following.is_over_in(passed));
+        if pace > HASTY_PACE || is_over && (pace - 1.0).abs() > f64::EPSILON {
             tracing::warn!("what moves is not followed, and the budget leaves no time for another attempt");
             return;
         }
-        tracing::info!(
-            times_slower = self.config.slower_growth,
-            "what moves is not followed; training begins anew, with a window that grows more slowly"
-        );
-        self.begin_again();
+        tracing::info!("{}", next.reason());
+        self.begin(next);
     }
 
-    /// The start of an attempt with a window that grows more slowly.
-    fn begin_again(&mut self) {
-        let config = self.config.growing_slower();
+    /// The start of another attempt.
+    fn begin(&mut self, attempt: Attempt) {
+        let first_config = self.first_config.clone();
+        let config = attempt.settings(&first_config);
         let clock = self.clock.begun_again(config.iterations);
         // It can be begun: the kind of source model is trained from images, as training has shown.
         if let Ok(trainer) = Self::begun(self.dataset, config, self.seed, &self.device) {
-            *self = Self { clock, is_another_attempt: true, ..trainer };
+            *self = Self { clock, attempt, first_config, ..trainer };
         }
     }
 
     pub(super) fn insert_attempt_into(&self, file: &mut TensorFile) {
-        file.set_metadata(ATTEMPTS, u8::from(self.is_another_attempt).to_string());
+        let attempt = serde_json::to_string(&self.attempt).expect("an attempt is plain data");
+        file.set_metadata(ATTEMPT, attempt);
         if let Some(following) = &self.following {
             following.insert_into(file);
         }
@@ -126,8 +180,9 @@ impl<'a> SourceTrainer<'a> {
 
     /// Goes on with the attempt of a checkpoint.
     pub(super) fn restore_attempt(&mut self, file: &TensorFile) -> Result<(), TensorFileError> {
-        if file.metadata_json::<u8>(ATTEMPTS)? > 0 && !self.is_another_attempt {
-            self.begin_again();
+        let attempt = file.metadata_json(ATTEMPT)?;
+        if attempt != self.attempt {
+            self.begin(attempt);
         }
         self.following.take_if(|following| !following.is_in(file));
         if let Some(following) = &mut self.following {
@@ -138,93 +193,4 @@ impl<'a> SourceTrainer<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use lgs_core::{Camera, Exposure, stream};
-    use lgs_data::dataset::Frame;
-    use rand::RngExt;
-
-    use crate::device::DeviceName;
-    use crate::driver::Trainer;
-    use crate::source::{DensifyConfig, LearningRates};
-
-    const SIZE: u32 = 32;
-
-    /// What four cameras see at eight times: a grey disc or, after the first of them where `flickers` is set,
-    /// noise that no motion explains.
-    fn dataset(flickers: bool) -> Dataset {
-        let frame = |index: usize| {
-            let (moment, camera_id) = (index / 4, index % 4);
-            let angle = std::f32::consts::TAU * camera_id as f32 / 4.0;
-            let eye = [4.0 * angle.cos(), 4.0 * angle.sin(), 1.0];
-            let camera = Camera::look_at(eye, [0.0; 3], 0.6, SIZE, SIZE);
-            let mut random = stream(index as u64, "noise of images", 0);
-            let pixel = |p: usize| {
-                let at = [p as u32 % SIZE, p as u32 / SIZE].map(|x| x as f32 - 0.5 * SIZE as f32);
-                let is_inside = at[0].hypot(at[1]) < 0.4 * SIZE as f32;
-                let is_noise = flickers && moment > 0;
-                match (is_noise, is_inside) {
-                    (true, _) => [255 * random.random_range(0..2_u8), 0, 0, 255],
-                    (false, true) => [90, 90, 90, 255],
-                    (false, false) => [255; 4],
-                }
-            };
-            let rgba: Vec<u8> = (0..camera.pixels()).map(pixel).collect::<Vec<_>>().into_flattened();
-            let (name, exposure) = (format!("{index}"), Exposure::IDENTITY);
-            Frame { name, camera_id, camera, time: moment as f32 / 8.0, exposure, pixels: rgba.into() }
-        };
-        let splits = [("train".to_owned(), (0..32).map(frame).collect())].into();
-        Dataset { splits, ..Dataset::none([1.0; 3]) }
-    }
-
-    /// A short schedule whose colours are soon as good as they can be.
-    fn config() -> SourceConfig {
-        let quick = SourceConfig::quick();
-        let densify = DensifyConfig { after: 120, before: 400, ..quick.densify };
-        let learning_rates = LearningRates { sh: 0.1, while_growing: 1.0, ..quick.learning_rates };
-        SourceConfig {
-            iterations: 800,
-            warmup_iterations: 80,
-            window_steps: 4,
-            window_interval: 5,
-            initial_gaussians: 300,
-            learning_rates,
-            densify,
-            ..quick
-        }
-    }
-
-    fn trainer<'a>(dataset: &'a Dataset, config: &SourceConfig) -> SourceTrainer<'a> {
-        SourceTrainer::new(dataset, config, 1, &DeviceName::Cpu.device()).expect("a trainer")
-    }
-
-    /// Where the Gaussians are after some steps.
-    fn trained(trainer: &mut SourceTrainer, steps: usize) -> Vec<[f32; 3]> {
-        while !trainer.is_finished() && trainer.step_index() < steps {
-            trainer.step();
-        }
-        trainer.model().positions_at(0.6)
-    }
-
-    #[test]
-    fn what_is_not_followed_is_tried_again_with_a_slower_window_once() {
-        let (flickering, still, config) = (dataset(true), dataset(false), config());
-        let mut other = trainer(&flickering, &config);
-        let expected = trained(&mut other, usize::MAX);
-        assert!(other.is_another_attempt && other.following.is_none());
-        // Judged after 295 iterations; the window takes 60 iterations instead of 15.
-        assert_eq!(other.step_index(), 295 + 845);
-        assert_eq!((other.config.window_interval, other.config.densify.before), (20, 445));
-        let mut once = trainer(&still, &config);
-        trained(&mut once, usize::MAX);
-        assert!(!once.is_another_attempt && once.step_index() == 800);
-        for stopped_at in [100, 295, 400] {
-            let mut first = trainer(&flickering, &config);
-            trained(&mut first, stopped_at);
-            let file = first.checkpoint();
-            let mut second = trainer(&flickering, &config);
-            second.restore(&file, stopped_at).expect("a checkpoint");
-            assert!(trained(&mut second, usize::MAX) == expected, "stopped at {stopped_at}");
-        }
-    }
-}
+mod tests;
