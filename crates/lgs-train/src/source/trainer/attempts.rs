@@ -108,8 +108,7 @@ impl<'a> SourceTrainer<'a> {
         device: &Device,
     ) -> Result<Self, TrainError> {
         let frames = dataset.split("train");
-        let guide = Guide::new(dataset, &config.guide);
-        let things = things_in_flight(dataset, &config.guide);
+        let (guide, things) = (Guide::new(dataset, &config.guide), things_in_flight(dataset, &config.guide));
         let cloud = initial_cloud(dataset, &config, (guide.tracks(), &things), seed);
         let order = FrameOrder::new(frames, &config, seed);
         let captured = captured(&cloud, &config, (order.span().1, seed));
