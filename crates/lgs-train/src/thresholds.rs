@@ -168,8 +168,8 @@ pub(crate) const PARTS_OF_WINDOW: usize = 10;
 /// Images of each time from which errors of different times are compared.
 pub(crate) const COMPARED_IMAGES_PER_TIME: f32 = 3.0;
 /// Error of the images of a part of the window, over the median of the parts, from which what moves in that
-/// part is not followed: 3.2 and 3.3 in two trainings that lost something, 2.0 and 2.3 in the two that come
-/// nearest of 38 others (docs/experiments.md).
+/// part may not be followed: 3.2 and 3.3 in two trainings that lost something, 2.0 and 2.3 in two that did
+/// not (docs/experiments.md). A false alarm costs the time of another attempt; the better one is kept.
 pub(crate) const FAR_ABOVE_OTHERS: f64 = 2.75;
 /// Pace of a schedule under a budget from which there is no time for another attempt: it has a schedule half
 /// as long again and half of the time left, and would go on at two to three times this pace.
