@@ -49,8 +49,9 @@ pub(super) struct Following {
 }
 
 impl Following {
-    /// For a schedule; nothing where its window is whole at once, or no other attempt would follow.
-    pub(super) fn new(config: &SourceConfig, dataset: &Dataset) -> Option<Self> {
+    /// For a schedule and images of a span of time; nothing where the schedule's window is whole at once, or
+    /// no other attempt would follow.
+    pub(super) fn new(config: &SourceConfig, dataset: &Dataset, span: (f32, f32)) -> Option<Self> {
         if config.slower_growth < 2 || config.window_steps < 2 || config.warmup_iterations == 0 {
             return None;
         }
@@ -63,7 +64,7 @@ impl Following {
         let start = warmup - (PART_OF_WARMUP * warmup as f64) as usize..warmup;
         let end = config.iterations - share(SHARE_OF_END)..config.iterations + 1;
         let stretches = [start, before(again), before(judged), end];
-        let window = compared_window(dataset);
+        let window = compares_times(dataset).then_some(span.into());
         let (sums, counts) = (std::array::from_fn(|_| None), [0; MEANS]);
         (judged < config.iterations).then_some(Self { stretches, window, sums, counts })
     }
@@ -152,14 +153,10 @@ impl Following {
     }
 }
 
-/// First and last time of the training images, where several cameras see each time: what others see of theirs
-/// has other errors.
-fn compared_window(dataset: &Dataset) -> Option<[f32; 2]> {
-    let data = DataSummary::of(dataset)?;
-    let times = || dataset.split("train").iter().map(|frame| frame.time);
-    let (first, last) = (times().fold(f32::MAX, f32::min), times().fold(f32::MIN, f32::max));
-    let is_compared = data.images as f32 >= COMPARED_IMAGES_PER_TIME * data.times as f32 && last > first;
-    is_compared.then_some([first, last])
+/// Whether several cameras see each time: what others see of other times has other errors.
+fn compares_times(dataset: &Dataset) -> bool {
+    let enough = |data: DataSummary| data.images as f32 >= COMPARED_IMAGES_PER_TIME * data.times as f32;
+    DataSummary::of(dataset).is_some_and(enough)
 }
 
 /// The largest of some errors over their median, where they are known; 0 where none is.

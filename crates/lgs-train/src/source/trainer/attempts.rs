@@ -122,7 +122,7 @@ impl<'a> SourceTrainer<'a> {
             dataset,
             seed,
             attempt: Attempt::First,
-            following: Following::new(&config, dataset),
+            following: Following::new(&config, dataset, order.span()),
             order,
             images: ImageLevels::new(frames),
             background: Background::new(dataset, config.random_background, seed),
