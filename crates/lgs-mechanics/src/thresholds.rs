@@ -72,8 +72,9 @@ pub(crate) const LARGEST_DAMPING: f64 = 1e10;
 pub const FORECAST_ERROR: f64 = 1e-4;
 /// Times at which two steps are compared.
 pub(crate) const COMPARED_STATES: usize = 8;
-/// Halvings after which a motion counts as not resolved: a step of a four-thousandth.
-pub(crate) const MOST_HALVINGS: usize = 12;
+/// Halvings after which a motion counts as not resolved: as many again as those of a fit (`FINEST`), and two,
+/// since what is outside the window may change faster than what is read from it.
+pub(crate) const MOST_HALVINGS: usize = 8;
 /// Parts of a duration that a motion is resolved for, each if it is not for the one before: of three windows,
 /// the last lies within the first.
 pub(crate) const RESOLVED_PARTS: [f64; 3] = [1.0, 0.5, 0.25];
