@@ -14,7 +14,7 @@ use super::stepper::Tangent;
 use crate::coordinates::{BESIDE, Coordinates, Inertia, InertiaForm, Port, State};
 use crate::edit::Edit;
 use crate::law::Law;
-use crate::terms::{At, Derivatives};
+use crate::terms::{At, Block, Derivatives};
 use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, exp, quaternion, right_jacobian, rotate_by};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -116,6 +116,15 @@ impl<'a> BodyField<'a> {
         self.terms.iter().filter(|(_, port)| port.port == Port::InertialSpin).map(of_term).sum()
     }
 
+    /// Turns the rows of torques into those of angular accelerations.
+    fn spin(&self, block: &mut Block) {
+        for column in 0..block.columns() {
+            let torque = DVec3::from_array(std::array::from_fn(|row| block[(row, column)]));
+            let spun = self.inverse * torque;
+            (0..3).for_each(|row| block[(row, column)] = spun[row]);
+        }
+    }
+
     /// The step of the motion by `½ |π|²/I₂`.
     fn free_step(&self, h: f64) -> f64 {
         h * self.base
@@ -168,18 +177,27 @@ impl KickField for BodyField<'_> {
                 }
             }
         }
-        for block in [&mut out.x, &mut out.v, &mut out.p] {
-            for column in 0..block.columns() {
-                let torque = DVec3::from_array(std::array::from_fn(|row| block[(row, column)]));
-                let spun = self.inverse * torque;
-                (0..3).for_each(|row| block[(row, column)] = spun[row]);
-            }
-        }
+        [&mut out.x, &mut out.v, &mut out.p].into_iter().for_each(|block| self.spin(block));
         let torque = self.tensor * (DVec3::from_slice(&out.a) - self.inertial(&moved));
         for (column, slope) in self.slopes.iter().enumerate() {
             let spun = *slope * torque;
             (0..3).for_each(|row| out.p[(row, column)] += spun[row]);
         }
+    }
+
+    fn linearise_by_velocity(&mut self, x: &[f64], v: &[f64], out: &mut Linearised) {
+        let n = self.freedoms;
+        out.v.reset(n, n);
+        let moved = Moved::new(x, v);
+        for (term, port) in self.terms.iter().filter(|(term, _)| term.kind.depends_on_velocity()) {
+            let (y, w) = port.read(&moved);
+            let at = At { y: &y.to_array(), w: &w.to_array() };
+            let p = &self.parameters[term.parameters.clone()];
+            self.derivatives.reset(3, p.len());
+            term.kind.derivatives(p, at, &mut self.derivatives);
+            port.scatter_by_velocity(&moved, (&self.derivatives, term), &mut out.v);
+        }
+        self.spin(&mut out.v);
     }
 
     fn drift(&self, state: &mut State, h: f64) {

@@ -7,7 +7,7 @@ use super::stepper::Tangent;
 use crate::coordinates::{Coordinates, Site, State, Tree};
 use crate::edit::Edit;
 use crate::law::Law;
-use crate::terms::{At, Derivatives};
+use crate::terms::{At, Block, Derivatives};
 
 /// The acceleration field of a law in vector coordinates.
 #[derive(Debug)]
@@ -90,6 +90,24 @@ impl KickField for VectorField<'_> {
         }
     }
 
+    fn linearise_by_velocity(&mut self, x: &[f64], v: &[f64], out: &mut Linearised) {
+        if self.tree {
+            return self.linearise(x, v, out);
+        }
+        out.v.reset(self.freedoms, self.freedoms);
+        for term in self.terms.iter().filter(|term| term.kind.depends_on_velocity()) {
+            for site in &term.sites {
+                let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
+                let w = read(site, (v, None), term.dimension, &mut self.w);
+                let p = &self.parameters[term.parameters.clone()];
+                self.derivatives.reset(term.dimension, p.len());
+                term.kind.derivatives(p, At { y, w }, &mut self.derivatives);
+                let reaction = site.mass.map_or(1.0, |mass| 1.0 / self.parameters[mass]);
+                scatter_blocks(term, site, reaction, [(&self.derivatives.w, &mut out.v)]);
+            }
+        }
+    }
+
     fn drift(&self, state: &mut State, h: f64) {
         add_scaled(&mut state.x, &state.v, h);
     }
@@ -127,6 +145,32 @@ fn push(term: &Applied, site: &Site, (force, parameters): (&[f64], &[f64]), a: &
     }
 }
 
+/// The first rows that one application of a term acts on, with its weight there.
+fn acted_on(term: &Applied, site: &Site, reaction: f64) -> impl Iterator<Item = (usize, f64)> {
+    let minus = site.minus.map(|minus| (minus, -term.factor * reaction));
+    [Some((site.plus, term.factor)), minus].into_iter().flatten()
+}
+
+/// Adds derivatives of the force of one application of a term by position or velocity, `[d, d]` each.
+fn scatter_blocks<const N: usize>(
+    term: &Applied,
+    site: &Site,
+    reaction: f64,
+    blocks: [(&Block, &mut Block); N],
+) {
+    let d = term.dimension;
+    for (from, out) in blocks {
+        for (first, weight) in acted_on(term, site, reaction) {
+            let places = [Some((site.plus, weight)), site.minus.map(|minus| (minus, -weight))];
+            for (place, weight) in places.into_iter().flatten() {
+                for i in 0..d {
+                    add_scaled(&mut out.row_mut(first + i)[place..place + d], from.row(i), weight);
+                }
+            }
+        }
+    }
+}
+
 /// Adds the derivatives of one application of a term.
 fn scatter(
     term: &Applied,
@@ -137,15 +181,9 @@ fn scatter(
 ) {
     let d = term.dimension;
     let reaction = inverse_mass.map_or(1.0, |(_, inverse)| inverse);
-    let rows = [Some((site.plus, term.factor)), site.minus.map(|minus| (minus, -term.factor * reaction))];
-    for (first, weight) in rows.into_iter().flatten() {
+    scatter_blocks(term, site, reaction, [(&from.y, &mut out.x), (&from.w, &mut out.v)]);
+    for (first, weight) in acted_on(term, site, reaction) {
         for i in 0..d {
-            for (place, weight) in
-                [Some((site.plus, weight)), site.minus.map(|minus| (minus, -weight))].into_iter().flatten()
-            {
-                add_scaled(&mut out.x.row_mut(first + i)[place..place + d], from.y.row(i), weight);
-                add_scaled(&mut out.v.row_mut(first + i)[place..place + d], from.w.row(i), weight);
-            }
             add_scaled(&mut out.p.row_mut(first + i)[term.parameters.clone()], from.p.row(i), weight);
             for (offset, j) in site.offset.iter().flat_map(|offset| (0..d).map(move |j| (offset + j, j))) {
                 out.p[(first + i, offset)] -= weight * from.y[(i, j)];

@@ -62,6 +62,9 @@ pub(crate) trait KickField {
     /// Writes the acceleration by forces and its derivatives.
     fn linearise(&mut self, x: &[f64], v: &[f64], out: &mut Linearised);
 
+    /// Writes the derivative of the acceleration by the velocity; what else there is may be left as it is.
+    fn linearise_by_velocity(&mut self, x: &[f64], v: &[f64], out: &mut Linearised);
+
     /// The exact or a symmetric motion without forces.
     fn drift(&self, state: &mut State, h: f64);
 

@@ -9,7 +9,7 @@
 
 use super::field::VectorField;
 use super::kick_field::{KickField, Linearised};
-use super::solve::{self, add_scaled, finite, norm};
+use super::solve::{Eliminated, add_scaled, finite, norm};
 use super::stepper::{NoSolution, Solved, Stepper, Tangent};
 use crate::coordinates::State;
 use crate::terms::Block;
@@ -22,13 +22,18 @@ pub(crate) struct Midpoint<'a> {
     at: Linearised,
     /// `h/2 A_x + A_v`: derivative of the acceleration by the mean velocity.
     by_mean: Block,
-    /// Memory of a matrix.
-    matrix: Block,
+    /// Memory of a matrix to solve with.
+    eliminated: Eliminated,
 }
 
 impl<'a> Midpoint<'a> {
     pub(crate) fn new(field: VectorField<'a>) -> Self {
-        Self { field, at: Linearised::default(), by_mean: Block::default(), matrix: Block::default() }
+        Self {
+            field,
+            at: Linearised::default(),
+            by_mean: Block::default(),
+            eliminated: Eliminated::default(),
+        }
     }
 
     /// The mean velocity of a step; leaves the linearisation at the middle behind.
@@ -46,7 +51,8 @@ impl<'a> Midpoint<'a> {
             }
             let mut change: Vec<f64> =
                 (0..n).map(|i| state.v[i] + 0.5 * h * self.at.a[i] - mean[i]).collect();
-            solve::shifted(&self.by_mean, 0.5 * h, &mut self.matrix, &mut change)?;
+            self.eliminated.shifted(&self.by_mean, 0.5 * h)?;
+            self.eliminated.solve(&mut change);
             add_scaled(&mut mean, &change, 1.0);
             finite(&mean)?;
             if norm(&change) <= SOLVED_STEP * (norm(&mean) + norm(&state.v)) + f64::MIN_POSITIVE {
@@ -75,7 +81,8 @@ impl Stepper for Midpoint<'_> {
         // (I − h/2 (h/2 A_x + A_v)) V̄ = V + h/2 (A_x X + A_p).
         let mut by_mean = tangent.v.clone();
         self.at.add_by_position(tangent, 0.5 * h, &mut by_mean);
-        solve::shifted(&self.by_mean, 0.5 * h, &mut self.matrix, &mut by_mean)?;
+        self.eliminated.shifted(&self.by_mean, 0.5 * h)?;
+        self.eliminated.solve(&mut by_mean);
         add_scaled(&mut tangent.x, &by_mean, h);
         tangent.v.iter_mut().zip(&by_mean).for_each(|(v, mean)| *v = 2.0 * mean - *v);
         finish(state, &mean, h);

@@ -145,15 +145,29 @@ impl BodyPort {
         let (by_y, by_w) = (action * matrix(&from.y), action * matrix(&from.w));
         let turn = by_y * reading.y_by_turn + by_w * reading.w_by_turn + by_turn;
         add(&mut out.x, (first, 0), turn * term.factor);
-        add(&mut out.v, (first, 0), by_w * reading.w_by_spin * term.factor);
         if out.x.columns() > 3 {
             add(&mut out.x, (first, 3), by_y * reading.y_by_center * term.factor);
-            add(&mut out.v, (first, 3), by_w * reading.w_by_velocity * term.factor);
         }
+        self.scatter_by_velocity(moved, (from, term), &mut out.v);
         for (index, column) in term.parameters.clone().enumerate() {
             let by_p = DVec3::new(from.p[(0, index)], from.p[(1, index)], from.p[(2, index)]);
             let value = action * by_p * term.factor;
             (0..3).for_each(|row| out.p[(first + row, column)] += value[row]);
+        }
+    }
+
+    /// Adds the derivatives of torque and force by the velocity; rows as of [`Self::scatter`].
+    pub(super) fn scatter_by_velocity(
+        &self,
+        moved: &Moved,
+        (from, term): (&Derivatives, &Applied),
+        out: &mut Block,
+    ) {
+        let (action, first, _) = self.action(moved, DVec3::ZERO);
+        let (by_w, reading) = (action * matrix(&from.w), self.reading(moved));
+        add(out, (first, 0), by_w * reading.w_by_spin * term.factor);
+        if out.columns() > 3 {
+            add(out, (first, 3), by_w * reading.w_by_velocity * term.factor);
         }
     }
 }

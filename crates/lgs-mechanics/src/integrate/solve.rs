@@ -3,45 +3,70 @@
 use super::stepper::{NoSolution, Solved};
 use crate::terms::Block;
 
-/// Solves `(I − s A) u = r` for a square `A` and all columns of `r` (`[n, columns]`, row by row), in place,
-/// with the memory of a matrix.
-pub(crate) fn shifted(a: &Block, s: f64, matrix: &mut Block, r: &mut [f64]) -> Solved {
-    let n = a.columns();
-    matrix.reset(n, n);
-    for i in 0..n {
-        for j in 0..n {
-            matrix[(i, j)] = f64::from(u8::from(i == j)) - s * a[(i, j)];
-        }
-    }
-    in_place(matrix, n, r)
+/// A square matrix, eliminated with row exchange, for solving with several right-hand sides.
+#[derive(Debug, Default)]
+pub(crate) struct Eliminated {
+    /// Above the diagonal and on it what elimination leaves, below it the factors of the rows above.
+    rows: Block,
+    /// The row that each pivot was exchanged with.
+    exchanged: Vec<usize>,
 }
 
-/// Solves `A u = r` for all columns of `r` by elimination with row exchange, in place; `A` is overwritten.
-pub(crate) fn in_place(a: &mut Block, n: usize, r: &mut [f64]) -> Solved {
-    let columns = r.len() / n.max(1);
-    for pivot in 0..n {
-        let best = (pivot..n)
-            .fold(pivot, |best, i| if a[(i, pivot)].abs() > a[(best, pivot)].abs() { i } else { best });
-        let size = a[(best, pivot)].abs();
-        if size.is_nan() || size < f64::MIN_POSITIVE {
-            return Err(NoSolution);
+impl Eliminated {
+    /// Takes `I − s A` for a square `A`, in the memory of the one before.
+    pub(crate) fn shifted(&mut self, a: &Block, s: f64) -> Solved {
+        let n = a.columns();
+        self.rows.reset(n, n);
+        for i in 0..n {
+            for j in 0..n {
+                self.rows[(i, j)] = f64::from(u8::from(i == j)) - s * a[(i, j)];
+            }
         }
-        if best != pivot {
-            swap_rows(a.values_mut(), n, [pivot, best]);
-            swap_rows(r, columns, [pivot, best]);
+        self.eliminate(n)
+    }
+
+    fn eliminate(&mut self, n: usize) -> Solved {
+        let a = &mut self.rows;
+        self.exchanged.clear();
+        for pivot in 0..n {
+            let best = (pivot..n)
+                .fold(pivot, |best, i| if a[(i, pivot)].abs() > a[(best, pivot)].abs() { i } else { best });
+            let size = a[(best, pivot)].abs();
+            if size.is_nan() || size < f64::MIN_POSITIVE {
+                return Err(NoSolution);
+            }
+            self.exchanged.push(best);
+            if best != pivot {
+                swap_rows(a.values_mut(), n, [pivot, best]);
+            }
+            for i in pivot + 1..n {
+                let factor = a[(i, pivot)] / a[(pivot, pivot)];
+                (pivot + 1..n).for_each(|j| a[(i, j)] += -factor * a[(pivot, j)]);
+                a[(i, pivot)] = factor;
+            }
         }
-        for i in pivot + 1..n {
-            let factor = a[(i, pivot)] / a[(pivot, pivot)];
-            subtract_row(a.values_mut(), n, [i, pivot], factor);
-            subtract_row(r, columns, [i, pivot], factor);
+        Ok(())
+    }
+
+    /// Solves for all columns of `r` (`[n, columns]`, row by row), in place.
+    pub(crate) fn solve(&self, r: &mut [f64]) {
+        let (a, n) = (&self.rows, self.exchanged.len());
+        let columns = r.len() / n.max(1);
+        // Rows below a pivot are exchanged with their factors.
+        for (pivot, &best) in self.exchanged.iter().enumerate() {
+            if best != pivot {
+                swap_rows(r, columns, [pivot, best]);
+            }
+        }
+        for i in 1..n {
+            (0..i).for_each(|pivot| subtract_row(r, columns, [i, pivot], a[(i, pivot)]));
+        }
+        for i in (0..n).rev() {
+            (i + 1..n).for_each(|k| subtract_row(r, columns, [i, k], a[(i, k)]));
+            let own = a[(i, i)];
+            r[i * columns..(i + 1) * columns].iter_mut().for_each(|value| *value /= own);
         }
     }
-    for i in (0..n).rev() {
-        (i + 1..n).for_each(|k| subtract_row(r, columns, [i, k], a[(i, k)]));
-        let own = a[(i, i)];
-        r[i * columns..(i + 1) * columns].iter_mut().for_each(|value| *value /= own);
-    }
-    Ok(())
 }
 
 /// Exchanges two rows, the first of them before the second.
