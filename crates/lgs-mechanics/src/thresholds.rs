@@ -72,8 +72,8 @@ pub(crate) const LARGEST_DAMPING: f64 = 1e10;
 pub const FORECAST_ERROR: f64 = 1e-4;
 /// Times at which two steps are compared.
 pub(crate) const COMPARED_STATES: usize = 8;
-/// Halvings after which a motion counts as not resolved: as many again as those of a fit (`FINEST`), and two,
-/// since what is outside the window may change faster than what is read from it.
+/// Halvings of a law's step after which a motion counts as not resolved: two more than a fit tries
+/// (`FINEST`), since what is outside the window may change faster than what is read from it.
 pub(crate) const MOST_HALVINGS: usize = 8;
 /// Parts of a duration that a motion is resolved for, each if it is not for the one before: of three windows,
 /// the last lies within the first.

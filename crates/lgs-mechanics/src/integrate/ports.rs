@@ -53,6 +53,16 @@ struct Reading {
     w_by_velocity: DMat3,
 }
 
+impl Reading {
+    /// Adds the derivatives by the body's velocities, given that by the velocity which the port reads.
+    fn add_by_velocity(&self, (by_w, factor): (DMat3, f64), first: usize, out: &mut Block) {
+        add(out, (first, 0), by_w * self.w_by_spin * factor);
+        if out.columns() > 3 {
+            add(out, (first, 3), by_w * self.w_by_velocity * factor);
+        }
+    }
+}
+
 impl BodyPort {
     /// Position and velocity that a term reads.
     pub(super) fn read(&self, moved: &Moved) -> (DVec3, DVec3) {
@@ -148,7 +158,7 @@ impl BodyPort {
         if out.x.columns() > 3 {
             add(&mut out.x, (first, 3), by_y * reading.y_by_center * term.factor);
         }
-        self.scatter_by_velocity(moved, (from, term), &mut out.v);
+        reading.add_by_velocity((by_w, term.factor), first, &mut out.v);
         for (index, column) in term.parameters.clone().enumerate() {
             let by_p = DVec3::new(from.p[(0, index)], from.p[(1, index)], from.p[(2, index)]);
             let value = action * by_p * term.factor;
@@ -164,11 +174,7 @@ impl BodyPort {
         out: &mut Block,
     ) {
         let (action, first, _) = self.action(moved, DVec3::ZERO);
-        let (by_w, reading) = (action * matrix(&from.w), self.reading(moved));
-        add(out, (first, 0), by_w * reading.w_by_spin * term.factor);
-        if out.columns() > 3 {
-            add(out, (first, 3), by_w * reading.w_by_velocity * term.factor);
-        }
+        self.reading(moved).add_by_velocity((action * matrix(&from.w), term.factor), first, out);
     }
 }
 
