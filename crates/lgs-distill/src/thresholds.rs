@@ -180,6 +180,11 @@ pub(crate) const MOST_GEOMETRIES: usize = 24;
 pub(crate) const TOLD: f64 = 0.9;
 /// Part of an unknown's deviation by which it is found how the unknown moves the poses.
 pub(crate) const PROBED_DEVIATIONS: f64 = 0.1;
+/// Changes of the unknowns of a law by which it is found whether they stay in its window.
+pub(crate) const PROBED_CHANGES: usize = 32;
+/// Mean probability of these, over what they have to first order, below which unknowns are bound together
+/// along a curve: a draw in ten tries.
+pub(crate) const LIKELY_CHANGES: f64 = 0.1;
 /// Typical changes in that fit, in standard deviations of what is changed.
 pub(crate) const SCALE_DEVIATIONS: f64 = 10.0;
 /// Score behind the best, in units of χ², beyond which a law is left out: it is `e⁻¹⁵` times as likely.

@@ -40,6 +40,25 @@ pub fn choose_further(
     among(first.into_iter().chain(others).collect(), track.independent_samples())
 }
 
+/// The choice with those further laws that are as simple as the simplest one which explains the track, none of
+/// which was tried before it; as it is where none explains the track.
+#[must_use]
+pub fn choose_as_simple(
+    choice: Choice,
+    (list, further): (&[Candidate], &[Candidate]),
+    track: &Track,
+    scales: &Scales,
+) -> Choice {
+    let explaining = choice.judged.iter().filter(|judged| choice.explains(judged));
+    let Some(most) = explaining.map(|judged| judged.simplicity).min() else { return choice };
+    let is_known = |index: usize| choice.judged.iter().any(|judged| judged.index == index);
+    let is_due = |i: &usize| simplicity(&further[*i]) <= most && !is_known(list.len() + i);
+    let fitted = |i: usize| judge(list.len() + i, &further[i], (track, scales), Effort::Full);
+    let found: Vec<Judged> = (0..further.len()).into_par_iter().filter(is_due).filter_map(fitted).collect();
+    let samples = choice.samples;
+    among(choice.judged.into_iter().chain(found).collect(), samples).expect("a choice holds a law")
+}
+
 /// Places of the further laws that may be likelier than those that explain the track: those with all terms of
 /// one of these and one more, and the promising ones; along an axis, where fits take little time, also all
 /// that have at most one unknown more than the one with the fewest.

@@ -9,7 +9,7 @@ mod further;
 mod tests;
 
 pub use candidates::{candidates, further_candidates, simplicity, surrounded_candidates};
-pub use further::choose_further;
+pub use further::{choose_as_simple, choose_further};
 
 use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};

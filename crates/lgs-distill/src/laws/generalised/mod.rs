@@ -33,6 +33,9 @@ mod tests;
 #[cfg(test)]
 mod top_tests;
 mod turning;
+#[cfg(test)]
+mod wind_tests;
+mod window;
 
 pub(crate) use contact::Surroundings;
 pub(crate) use evidence::Evidence;

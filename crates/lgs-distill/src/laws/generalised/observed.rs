@@ -8,7 +8,8 @@ use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::{
-    Choice, DESCRIBED, candidates, choose_beside, choose_further, further_candidates, surrounded_candidates,
+    Choice, DESCRIBED, candidates, choose_as_simple, choose_beside, choose_further, further_candidates,
+    surrounded_candidates,
 };
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
@@ -135,11 +136,13 @@ impl ObservedPoses {
         let (first, further) = (self.laws.candidates(coordinates), self.laws.further(coordinates));
         let scales = track.scales(coordinates);
         let found = choose_further(choice, (&first, &further), track, &scales);
-        if found.as_ref().is_some_and(|choice| choice.judged.iter().any(|judged| choice.explains(judged))) {
-            return found;
+        let surrounded = self.laws.surrounded(coordinates);
+        match found {
+            Some(found) if found.judged.iter().any(|judged| found.explains(judged)) => {
+                Some(choose_as_simple(found, (&first, &[further, surrounded].concat()), track, &scales))
+            }
+            found => choose_further(found, (&[first, further].concat(), &surrounded), track, &scales),
         }
-        let known = [first, further].concat();
-        choose_further(found, (&known, &self.laws.surrounded(coordinates)), track, &scales)
     }
 
     /// χ² of other poses at the same times, whitened.

@@ -3,16 +3,21 @@
 
 use super::observed::ObservedPoses;
 use super::placed::Placed;
+use super::window::Window;
 use crate::motion::pose::Pose;
-use crate::thresholds::{GEOMETRY_STEPS, OBLIQUE_SPREAD, SCALE_DEVIATIONS, TOLD};
+use crate::thresholds::{
+    GEOMETRY_STEPS, LIKELY_CHANGES, OBLIQUE_SPREAD, PROBED_CHANGES, SCALE_DEVIATIONS, TOLD,
+};
 use lgs_mechanics::bands::changes;
 use lgs_mechanics::coordinates::InertiaForm;
 use lgs_mechanics::fit::{Fitted, Problem, Settings, Unknown, covariance_of, minimise};
 use lgs_mechanics::terms::Parameter;
 use nalgebra::{DMatrix, DVector};
+use std::cell::Cell;
 
-/// Part of a change by which its first order is found: small for any motion, and far above rounding.
-const PROBE: f64 = 0.01;
+/// Part of a change by which its first order is found: far above rounding, and so little that what raises χ² by
+/// a million in all raises it by a hundredth.
+const PROBE: f64 = 1e-4;
 
 /// Observed poses as a law's are compared with them.
 pub(super) struct Compared<'a> {
@@ -37,6 +42,9 @@ pub(super) struct Posterior {
     bounds: Vec<[f64; 2]>,
     /// The window by which laws drawn from it are judged, where it is known.
     window: Option<Window>,
+    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its tangent
+    /// leave the window that they were fitted to, and are followed to first order alone.
+    is_curved: bool,
 }
 
 impl Posterior {
@@ -44,13 +52,19 @@ impl Posterior {
     pub(super) fn of(placed: Placed, fitted: &Fitted) -> Self {
         let bounds =
             fitted.bounds.iter().zip(&fitted.law.parameters).map(|(b, p)| b.map(|b| b - p)).collect();
-        Self { placed, loss: fitted.loss, covariance: fitted.covariance.clone(), bounds, window: None }
+        let (is_curved, covariance) = (has_whole_inertia(&placed), fitted.covariance.clone());
+        Self { placed, loss: fitted.loss, covariance, bounds, window: None, is_curved }
+    }
+
+    /// The same for motions that are followed to first order in its changes, whatever these are.
+    pub(super) fn to_first_order(self) -> Self {
+        Self { is_curved: true, ..self }
     }
 
     /// Fits law and geometry together, from where they are; `None` if there is neither a geometry nor an
     /// inertia to be fitted with the law, or the fit fails.
     pub(super) fn joint(placed: &Placed, fitted: &Fitted, compared: &Compared<'_>) -> Option<Self> {
-        let is_open = is_curved(placed) || !placed.geometry().is_empty();
+        let is_open = has_whole_inertia(placed) || !placed.geometry().is_empty();
         is_open.then(|| Self::fitted_together(placed, fitted, compared))?
     }
 
@@ -65,15 +79,16 @@ impl Posterior {
         let bounds = own.bounds.iter().zip(&found.values[2 * placed.start.v.len()..]);
         let bounds = bounds.map(|(bound, change)| bound.map(|b| b - change)).collect();
         let placed = placed.changed(&found.values);
-        Some(Self { placed, loss: found.loss, covariance, bounds, window: None })
+        let is_curved = has_whole_inertia(&placed);
+        Some(Self { placed, loss: found.loss, covariance, bounds, window: None, is_curved })
     }
 
-    /// The same with the poses of its bodies, in the order of its coordinates, as the window by which
-    /// laws drawn from it are judged.
-    pub(super) fn within(self, bodies: Vec<ObservedPoses>) -> Self {
-        let window = Window { bodies, least: 0.0 };
-        let least = window.chi_square(&self.placed);
-        Self { window: least.map(|least| Window { least, ..window }), ..self }
+    /// Takes the poses of its bodies, in the order of its coordinates, as the window by which laws drawn from
+    /// it are judged.
+    pub(super) fn set_window(&mut self, bodies: Vec<ObservedPoses>) {
+        self.window = Window::of(&self.placed, bodies);
+        self.is_curved =
+            has_whole_inertia(&self.placed) || self.window.as_ref().is_some_and(|window| self.leaves(window));
     }
 
     /// Whether laws drawn from it are judged by a window.
@@ -111,7 +126,7 @@ impl Posterior {
         times: &[f64],
         stream: (u64, u64),
     ) -> Vec<Vec<Option<Vec<Pose>>>> {
-        let middle = is_curved(&self.placed).then(|| self.placed.poses_followed(times));
+        let middle = self.is_curved.then(|| self.placed.poses_followed(times));
         let all = self.changed(inflation, count, stream);
         let motion = |changed: Placed| {
             let near = changed.poses_followed(times);
@@ -125,23 +140,17 @@ impl Posterior {
     /// The part of its change that each of [`Self::changed`] is: a little of it where motions are followed to
     /// first order alone.
     pub(super) fn part(&self) -> f64 {
-        if is_curved(&self.placed) { PROBE } else { 1.0 }
+        if self.is_curved { PROBE } else { 1.0 }
     }
 
     /// Laws drawn from it, each a part of the way from the middle one. Changes to which the law is not linear
     /// are accepted by how much less likely the window makes them than their linearisation.
     pub(super) fn changed(&self, inflation: f64, count: usize, stream: (u64, u64)) -> Vec<Placed> {
         let first = 2 * self.placed.start.v.len();
-        let window = self.window.as_ref().filter(|_| !is_curved(&self.placed));
-        let is_inside = |by: &[f64]| {
-            by[first..].iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
-        };
+        let window = self.window.as_ref().filter(|_| !self.is_curved);
         let probability = |by: &[f64], square: f64| match window {
-            _ if !is_inside(by) => 0.0,
-            Some(window) => {
-                let rise = window.rise(&self.placed.changed(by)) / inflation;
-                (0.5 * (square - rise)).exp().min(1.0)
-            }
+            _ if !self.is_inside(by) => 0.0,
+            Some(window) => window.probability(&self.placed.changed(by), square, inflation),
             None => 1.0,
         };
         let all = changes(&(&self.covariance * inflation), count, stream, &probability);
@@ -153,36 +162,31 @@ impl Posterior {
         };
         all.into_iter().map(law).collect()
     }
-}
 
-/// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its tangent
-/// leave the window that they were fitted to, and are followed to first order alone.
-fn is_curved(placed: &Placed) -> bool {
-    placed.law.coordinates.inertia().is_some_and(|own| own.form == InertiaForm::Whole)
-}
+    /// Whether a change leaves the parameters within their bounds.
+    fn is_inside(&self, by: &[f64]) -> bool {
+        let parameters = &by[2 * self.placed.start.v.len()..];
+        parameters.iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
+    }
 
-/// The poses of bodies that a law was fitted to. Where it is not linear in its unknowns, as dry friction is
-/// not that may hold a body fast, changes that are likely to first order can leave it: they are not likely.
-#[derive(Clone)]
-struct Window {
-    bodies: Vec<ObservedPoses>,
-    /// χ² of the fitted law.
-    least: f64,
-}
-
-impl Window {
-    fn chi_square(&self, placed: &Placed) -> Option<f64> {
-        let poses = placed.poses(&self.bodies[0].times)?;
-        let of_body = |(place, body): (usize, &ObservedPoses)| {
-            body.chi_square(&poses.iter().map(|of_time| of_time[place]).collect::<Vec<_>>())
+    /// Whether the window makes most changes that are likely to first order far less likely.
+    fn leaves(&self, window: &Window) -> bool {
+        let (tried, likely) = (Cell::new(0), Cell::new(0.0));
+        let probe = |by: &[f64], square: f64| {
+            if self.is_inside(by) {
+                let own = window.probability(&self.placed.changed(by), square, 1.0);
+                tried.set(tried.get() + 1);
+                likely.set(likely.get() + own);
+            }
+            1.0
         };
-        Some(self.bodies.iter().enumerate().map(of_body).sum())
+        let _ = changes(&self.covariance, PROBED_CHANGES, (0, 0), &probe);
+        likely.get() < LIKELY_CHANGES * f64::from(tried.get())
     }
+}
 
-    /// How much larger χ² is under another law; infinite if its motion cannot be followed.
-    fn rise(&self, changed: &Placed) -> f64 {
-        self.chi_square(changed).map_or(f64::INFINITY, |chi_square| chi_square - self.least)
-    }
+fn has_whole_inertia(placed: &Placed) -> bool {
+    placed.law.coordinates.inertia().is_some_and(|own| own.form == InertiaForm::Whole)
 }
 
 /// Poses as far from the middle ones, to first order, as a part [`PROBE`] of the change takes them.

@@ -149,13 +149,18 @@ impl Rated {
         let law = &mut self.laws[index];
         let order = &self.systems[law.system].order;
         let found = compared_with(bodies, order, |compared| law.with_geometry(compared));
-        let Some((posterior, fitted)) = found else { return 0.0 };
+        let window = order.iter().map(|&body| bodies[body].clone()).collect();
+        let Some((mut posterior, fitted)) = found else {
+            law.posterior.set_window(window);
+            return 0.0;
+        };
         let gain = law.evidence.chi_square - posterior.loss;
         let coordinates = &posterior.placed.law.coordinates;
         tracing::debug!(index, ?coordinates, gain, left = posterior.loss, "a law with its geometry");
         law.judged.fitted = fitted;
         law.evidence.chi_square -= gain;
-        law.set(posterior.within(order.iter().map(|&body| bodies[body].clone()).collect()));
+        posterior.set_window(window);
+        law.set(posterior);
         gain
     }
 
@@ -166,10 +171,11 @@ impl Rated {
         let fit = |compared: &Compared<'_>| {
             Posterior::fitted_together(&law.posterior.placed, &law.judged.fitted, compared)
         };
-        let Some(posterior) = compared_with(bodies, order, fit) else { return false };
-        let bodies = || order.iter().map(|&body| bodies[body].clone()).collect();
-        let is_judged = law.posterior.is_judged();
-        law.set(if is_judged { posterior.within(bodies()) } else { posterior });
+        let Some(mut posterior) = compared_with(bodies, order, fit) else { return false };
+        if law.posterior.is_judged() {
+            posterior.set_window(order.iter().map(|&body| bodies[body].clone()).collect());
+        }
+        law.set(posterior);
         true
     }
 
