@@ -3,14 +3,17 @@
 //! - Wind: quadratic drag against air that moves at a constant velocity, `Q = −k |w − u| (w − u)`.
 //! - Swirl: `Q = s × (y − c)`, which together with a linear drag `−d w` is the drag against a liquid that
 //!   turns about `c` at the rate `s / d`.
-//! - Self-excitation: `Q = (g + b · y − h |y|²) w`, which is `(g' − h |y − c|²) w` about `c = b / 2h`: a push
-//!   along the velocity near a centre and a drag far from it (Van der Pol), so that motions end on a cycle.
+//! - Self-excitation: `Q = (g + b · z − h |z|²) w`, `z = y − m` about the middle `m` of the observed path, which is
+//!   `(g' − h |z − c|²) w` about `c = b / 2h`: a push along the velocity near a centre and a drag far from it
+//!   (Van der Pol), so that motions end on a cycle. Slopes have a prior, since a path along a line tells
+//!   nothing of those across it.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind, default_start};
 use super::quadratic::{dot, offset};
-use crate::parameter::{Parameter, Quantity, Scales, Space, axis_name};
-use crate::thresholds::STARTING_WIND;
+use crate::parameter::{Entry, Parameter, Quantity, Scales, Space, axis_name};
+use crate::thresholds::{SLOPE_SPREAD, STARTING_WIND};
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// The kind `wind-drag`.
 pub(super) const WIND: Wind = Wind;
@@ -32,9 +35,16 @@ pub(super) struct Swirl;
 pub(super) struct SelfExcitation;
 
 impl SelfExcitation {
-    /// The coefficient of the velocity.
-    fn rate(p: &[f64], y: &[f64]) -> f64 {
-        p[0] + dot(&p[1..p.len() - 1], y) - p[p.len() - 1] * dot(y, y)
+    /// Places of saturation and middle among the parameters, after growth and slopes.
+    const SATURATION: usize = 4;
+    const MIDDLE: usize = 5;
+
+    /// Offset from the middle, and the coefficient of the velocity.
+    fn rate(p: &[f64], y: &[f64]) -> (SmallVec<[f64; 6]>, f64) {
+        let offset = offset(&p[Self::MIDDLE..], y);
+        let square = dot(&offset, &offset);
+        let rate = p[0] + dot(&p[1..Self::SATURATION], &offset) - p[Self::SATURATION] * square;
+        (offset, rate)
     }
 }
 
@@ -162,10 +172,16 @@ impl TermKind for SelfExcitation {
     }
 
     fn parameters(&self, space: Space) -> Vec<Parameter> {
-        let slope = |axis| Parameter::linear(format!("slope-{}", axis_name(space.dimension, axis)), -1, -1);
+        let name = |what: &str, axis| format!("{what}-{}", axis_name(space.dimension, axis));
+        let slope = |axis| Parameter::linear(name("slope", axis), -1, -1).spread(SLOPE_SPREAD);
+        let middle = |axis| {
+            let free = Parameter::nonlinear(name("middle", axis), 1, 0);
+            Parameter { entry: Entry::Constant, ..free }
+        };
         let saturation = Parameter::linear("saturation", -2, -1).within(0.0, f64::INFINITY);
-        let slopes = (0..space.dimension).map(slope);
-        std::iter::once(Parameter::linear("growth", 0, -1)).chain(slopes).chain([saturation]).collect()
+        let (slopes, middles) = ((0..space.dimension).map(slope), (0..space.dimension).map(middle));
+        let growth = Parameter::linear("growth", 0, -1);
+        std::iter::once(growth).chain(slopes).chain([saturation]).chain(middles).collect()
     }
 
     fn depends_on_velocity(&self) -> bool {
@@ -173,21 +189,29 @@ impl TermKind for SelfExcitation {
     }
 
     fn force(&self, p: &[f64], at: At<'_>, force: &mut [f64]) {
-        let rate = Self::rate(p, at.y);
+        let (_, rate) = Self::rate(p, at.y);
         force.iter_mut().zip(at.w).for_each(|(f, w)| *f = rate * w);
     }
 
     fn derivatives(&self, p: &[f64], at: At<'_>, out: &mut Derivatives) {
-        let [rate, square, last] = [Self::rate(p, at.y), dot(at.y, at.y), p[p.len() - 1]];
+        let (offset, rate) = Self::rate(p, at.y);
+        let (square, saturation) = (dot(&offset, &offset), p[Self::SATURATION]);
         for (i, w) in at.w.iter().enumerate() {
             out.w[(i, i)] = rate;
             out.p[(i, 0)] = *w;
-            out.p[(i, p.len() - 1)] = -square * w;
-            for (j, y) in at.y.iter().enumerate() {
-                out.y[(i, j)] = (p[1 + j] - 2.0 * last * y) * w;
-                out.p[(i, 1 + j)] = y * w;
+            out.p[(i, Self::SATURATION)] = -square * w;
+            for (j, offset) in offset.iter().enumerate() {
+                out.y[(i, j)] = (p[1 + j] - 2.0 * saturation * offset) * w;
+                out.p[(i, 1 + j)] = offset * w;
+                out.p[(i, Self::MIDDLE + j)] = -out.y[(i, j)];
             }
         }
+    }
+
+    fn starts(&self, space: Space, scales: &Scales) -> Vec<Vec<f64>> {
+        let mut start = default_start(&self.parameters(space), space, scales);
+        start[Self::MIDDLE..].copy_from_slice(&scales.origin_of(space));
+        vec![start]
     }
 }
 

@@ -14,6 +14,7 @@ use lgs_mechanics::fit::{Fitted, Problem, Settings, Unknown, covariance_of, mini
 use lgs_mechanics::terms::Parameter;
 use nalgebra::{DMatrix, DVector};
 use std::cell::Cell;
+use std::sync::OnceLock;
 
 /// Part of a change by which its first order is found: far above rounding, and so little that what raises χ² by
 /// a million in all raises it by a hundredth.
@@ -42,9 +43,8 @@ pub(super) struct Posterior {
     bounds: Vec<[f64; 2]>,
     /// The window by which laws drawn from it are judged, where it is known.
     window: Option<Window>,
-    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its tangent
-    /// leave the window that they were fitted to, and are followed to first order alone.
-    is_curved: bool,
+    /// Whether motions are followed to first order alone, once it is known.
+    is_curved: OnceLock<bool>,
 }
 
 impl Posterior {
@@ -52,13 +52,13 @@ impl Posterior {
     pub(super) fn of(placed: Placed, fitted: &Fitted) -> Self {
         let bounds =
             fitted.bounds.iter().zip(&fitted.law.parameters).map(|(b, p)| b.map(|b| b - p)).collect();
-        let (is_curved, covariance) = (has_whole_inertia(&placed), fitted.covariance.clone());
+        let (covariance, is_curved) = (fitted.covariance.clone(), OnceLock::new());
         Self { placed, loss: fitted.loss, covariance, bounds, window: None, is_curved }
     }
 
     /// The same for motions that are followed to first order in its changes, whatever these are.
     pub(super) fn to_first_order(self) -> Self {
-        Self { is_curved: true, ..self }
+        Self { is_curved: OnceLock::from(true), ..self }
     }
 
     /// Fits law and geometry together, from where they are; `None` if there is neither a geometry nor an
@@ -79,7 +79,7 @@ impl Posterior {
         let bounds = own.bounds.iter().zip(&found.values[2 * placed.start.v.len()..]);
         let bounds = bounds.map(|(bound, change)| bound.map(|b| b - change)).collect();
         let placed = placed.changed(&found.values);
-        let is_curved = has_whole_inertia(&placed);
+        let is_curved = OnceLock::new();
         Some(Self { placed, loss: found.loss, covariance, bounds, window: None, is_curved })
     }
 
@@ -87,8 +87,7 @@ impl Posterior {
     /// it are judged.
     pub(super) fn set_window(&mut self, bodies: Vec<ObservedPoses>) {
         self.window = Window::of(&self.placed, bodies);
-        self.is_curved =
-            has_whole_inertia(&self.placed) || self.window.as_ref().is_some_and(|window| self.leaves(window));
+        self.is_curved = OnceLock::new();
     }
 
     /// Whether laws drawn from it are judged by a window.
@@ -126,7 +125,7 @@ impl Posterior {
         times: &[f64],
         stream: (u64, u64),
     ) -> Vec<Vec<Option<Vec<Pose>>>> {
-        let middle = self.is_curved.then(|| self.placed.poses_followed(times));
+        let middle = self.is_curved().then(|| self.placed.poses_followed(times));
         let all = self.changed(inflation, count, stream);
         let motion = |changed: Placed| {
             let near = changed.poses_followed(times);
@@ -140,14 +139,14 @@ impl Posterior {
     /// The part of its change that each of [`Self::changed`] is: a little of it where motions are followed to
     /// first order alone.
     pub(super) fn part(&self) -> f64 {
-        if self.is_curved { PROBE } else { 1.0 }
+        if self.is_curved() { PROBE } else { 1.0 }
     }
 
     /// Laws drawn from it, each a part of the way from the middle one. Changes to which the law is not linear
     /// are accepted by how much less likely the window makes them than their linearisation.
     pub(super) fn changed(&self, inflation: f64, count: usize, stream: (u64, u64)) -> Vec<Placed> {
         let first = 2 * self.placed.start.v.len();
-        let window = self.window.as_ref().filter(|_| !self.is_curved);
+        let window = self.window.as_ref().filter(|_| !self.is_curved());
         let probability = |by: &[f64], square: f64| match window {
             _ if !self.is_inside(by) => 0.0,
             Some(window) => window.probability(&self.placed.changed(by), square, inflation),
@@ -167,6 +166,13 @@ impl Posterior {
     fn is_inside(&self, by: &[f64]) -> bool {
         let parameters = &by[2 * self.placed.start.v.len()..];
         parameters.iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
+    }
+
+    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its tangent
+    /// leave the window that they were fitted to, and are followed to first order alone.
+    fn is_curved(&self) -> bool {
+        let leaves = || self.window.as_ref().is_some_and(|window| self.leaves(window));
+        *self.is_curved.get_or_init(|| has_whole_inertia(&self.placed) || leaves())
     }
 
     /// Whether the window makes most changes that are likely to first order far less likely.
