@@ -75,9 +75,17 @@ fn found(bodies: &[&Observed], config: &DistillConfig, seed: u64) -> Option<Gene
     let Observed { surroundings: at_rest, hits, .. } = bodies.first()?;
     let surroundings = Surroundings { at_rest, hits };
     let motions: Vec<&SharedMotion> = bodies.iter().map(|body| &body.motion).collect();
+    if !motions.iter().all(|motion| is_finite(motion)) {
+        return None;
+    }
     let found = law_within(&motions, (laws(config)?, surroundings), Errors::changing_slowly(slow), seed)?;
     tracing::debug!(law = ?found.law, known = ?found.known, found.is_refuted, "a law of poses");
     Some(found)
+}
+
+/// Whether all poses are numbers: those of a body whose law runs away may be none.
+fn is_finite(motion: &SharedMotion) -> bool {
+    motion.poses.iter().all(|pose| pose.linear.is_finite() && pose.shift.is_finite())
 }
 
 /// Whether a law stays with its bodies and takes them in this order.
@@ -109,7 +117,12 @@ pub fn part_laws_of_poses(
         return PartLaws::default();
     }
     let slow_error = observed.slow_error;
-    parts_of(&observed.into_motion(), impacts, [0.0, slow_error], config, seed)
+    let motion = observed.into_motion();
+    if is_finite(&motion) {
+        parts_of(&motion, impacts, [0.0, slow_error], config, seed)
+    } else {
+        PartLaws::default()
+    }
 }
 
 impl BodyPoses {

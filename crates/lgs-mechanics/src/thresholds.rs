@@ -113,9 +113,8 @@ pub(crate) const REDRAWS: usize = 64;
 pub(crate) const FINER_STEPS: [f64; 3] = [1.0, 4.0, 16.0];
 /// First guess of the speed of wind, in lengths of a path over its time: half of what moves a body that far.
 pub(crate) const STARTING_WIND: f64 = 0.5;
-/// Deviation of the prior of a slope of self-excitation, in units of one in a window for each extent of the
-/// path: twice a saturation of fifty, which limits a cycle within a fiftieth of the window, about a centre an
-/// extent from the middle.
+/// Deviation of the prior of a slope of self-excitation, in inverse windows and extents of the path: that of
+/// a saturation of 50, which limits a cycle within a fiftieth of the window, about a centre an extent away.
 pub(crate) const SLOPE_SPREAD: f64 = 100.0;
 /// Points of a body that stand for its particles in the band of an edited motion: the shares of points inside
 /// of a radius are then known to some per cent.

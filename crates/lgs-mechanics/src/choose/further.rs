@@ -40,8 +40,8 @@ pub fn choose_further(
     among(first.into_iter().chain(others).collect(), track.independent_samples())
 }
 
-/// The choice with those further laws that are as simple as the simplest one which explains the track, none of
-/// which was tried before it; as it is where none explains the track.
+/// The choice together with the further laws that are as simple as the simplest one which explains the track,
+/// or simpler; as it is where none explains the track.
 #[must_use]
 pub fn choose_as_simple(
     choice: Choice,

@@ -3,10 +3,10 @@
 //! - Wind: quadratic drag against air that moves at a constant velocity, `Q = −k |w − u| (w − u)`.
 //! - Swirl: `Q = s × (y − c)`, which together with a linear drag `−d w` is the drag against a liquid that
 //!   turns about `c` at the rate `s / d`.
-//! - Self-excitation: `Q = (g + b · z − h |z|²) w`, `z = y − m` about the middle `m` of the observed path, which is
-//!   `(g' − h |z − c|²) w` about `c = b / 2h`: a push along the velocity near a centre and a drag far from it
-//!   (Van der Pol), so that motions end on a cycle. Slopes have a prior, since a path along a line tells
-//!   nothing of those across it.
+//! - Self-excitation: `Q = (g + b · z − h |z|²) w`, `z = y − m` about the middle `m` of the observed path,
+//!   which is `(g' − h |z − c|²) w` about `c = b / 2h`: a push along the velocity near a centre and a drag far
+//!   from it (Van der Pol), so that motions end on a cycle. Slopes have a prior, since a path along a line
+//!   tells nothing of those across it.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind, default_start};
 use super::quadratic::{dot, offset};
@@ -217,7 +217,7 @@ impl TermKind for SelfExcitation {
 
 #[cfg(test)]
 mod tests {
-    use super::{At, SWIRL, TermKind};
+    use super::{At, SELF_EXCITATION, SWIRL, TermKind};
     use crate::parameter::Space;
 
     #[test]
@@ -228,5 +228,17 @@ mod tests {
         let mut force = [1.0; 3];
         SWIRL.force(&p, At { y: &[1.5, -1.0, 4.0], w: &[0.0; 3] }, &mut force);
         assert_eq!(force, [0.0, 2.0, 0.0]);
+    }
+
+    #[test]
+    fn self_excitation_is_the_same_about_any_middle() {
+        // (3 − 2 |y − c|²) w with c = (0.5, −1, 0), about c and about the origin.
+        let about_center = [3.0, 0.0, 0.0, 0.0, 2.0, 0.5, -1.0, 0.0];
+        let about_origin = [0.5, 2.0, -4.0, 0.0, 2.0, 0.0, 0.0, 0.0];
+        for p in [about_center, about_origin] {
+            let mut force = [9.0; 3];
+            SELF_EXCITATION.force(&p, At { y: &[1.5, -1.0, 0.0], w: &[1.0, 0.0, 2.0] }, &mut force);
+            assert_eq!(force, [1.0, 0.0, 2.0]);
+        }
     }
 }

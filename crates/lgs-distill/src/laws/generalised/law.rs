@@ -205,7 +205,9 @@ pub(super) fn smooth(
     let forecasts = ForecastErrors::of(rated, bodies);
     tracing::debug!(?forecasts, trusted = ?found.known.trusted, "errors of blocked forecasts");
     found.known.forecast_error = forecasts.law;
-    if forecasts.fails {
+    // Where the law bends, first order is trusted for as long as explains the motion, or not beyond it.
+    let is_open = best.posterior.bends() && found.known.verdict != Verdict::Explained;
+    if forecasts.fails || is_open {
         found.known.limit_to_window(bodies[0].duration());
     }
     let is_trusted = found.known.trusted[1] > bodies[0].duration();

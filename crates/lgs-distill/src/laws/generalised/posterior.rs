@@ -16,8 +16,8 @@ use nalgebra::{DMatrix, DVector};
 use std::cell::Cell;
 use std::sync::OnceLock;
 
-/// Part of a change by which its first order is found: far above rounding, and so little that what raises χ² by
-/// a million in all raises it by a hundredth.
+/// Part of a change by which its first order is found: far above rounding, and so little that what raises χ²
+/// by a million in all raises it by a hundredth.
 const PROBE: f64 = 1e-4;
 
 /// Observed poses as a law's are compared with them.
@@ -168,11 +168,16 @@ impl Posterior {
         parameters.iter().zip(&self.bounds).all(|(by, [lower, upper])| (*lower..=*upper).contains(by))
     }
 
-    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its tangent
-    /// leave the window that they were fitted to, and are followed to first order alone.
+    /// Whether unknowns are bound together along a curve, as inertia and weight are: changes along its
+    /// tangent leave the window that they were fitted to, and are followed to first order alone.
     fn is_curved(&self) -> bool {
         let leaves = || self.window.as_ref().is_some_and(|window| self.leaves(window));
         *self.is_curved.get_or_init(|| has_whole_inertia(&self.placed) || leaves())
+    }
+
+    /// Whether it is so for another reason than an inertia that was fitted.
+    pub(super) fn bends(&self) -> bool {
+        !has_whole_inertia(&self.placed) && self.is_curved()
     }
 
     /// Whether the window makes most changes that are likely to first order far less likely.

@@ -1,9 +1,9 @@
 //! Laws drawn from a posterior, by the window that the law was fitted to.
 //!
-//! A posterior is normal to first order. Where a law is not linear in its unknowns, a change that is likely to
-//! first order may leave the window, and is not likely then: dry friction may hold a body fast. Where hardly
-//! any change stays, as the unknowns are bound together along a curve, it is the unknowns that bend and not
-//! the motion (parameter effects, Bates and Watts 1980), which is followed to first order instead.
+//! A posterior is normal to first order. Where a law is not linear in its unknowns, a change that is likely
+//! to first order may leave the window, and is not likely then: dry friction may hold a body fast. Where
+//! hardly any change stays, as the unknowns are bound together along a curve, it is the unknowns that bend
+//! and not the motion (parameter effects, Bates and Watts 1980), which is followed to first order instead.
 
 use super::observed::ObservedPoses;
 use super::placed::Placed;
@@ -33,8 +33,9 @@ impl Window {
         Some(self.bodies.iter().enumerate().map(of_body).sum())
     }
 
-    /// How likely another law is, over what it is to first order, to which χ² rises by a square: at most 1, and
-    /// 0 if its motion cannot be followed. The variance of the noise is so many times as large as it looks.
+    /// How likely another law is, over what it is to first order, to which χ² rises by a square: at most 1,
+    /// and 0 if its motion cannot be followed. The variance of the noise is so many times as large as it
+    /// looks.
     pub(super) fn probability(&self, changed: &Placed, square: f64, inflation: f64) -> f64 {
         let rise = self.chi_square(changed).map_or(f64::INFINITY, |chi_square| chi_square - self.least);
         (0.5 * (square - rise / inflation)).exp().min(1.0)
