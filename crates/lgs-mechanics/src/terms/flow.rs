@@ -4,9 +4,9 @@
 //! - Swirl: `Q = s × (y − c)`, which together with a linear drag `−d w` is the drag against a liquid that
 //!   turns about `c` at the rate `s / d`.
 //! - Self-excitation: `Q = (g + b · z − h |z|²) w`, `z = y − m` about the middle `m` of the observed path,
-//!   which is `(g' − h |z − c|²) w` about `c = b / 2h`: a push along the velocity near a centre and a drag far
-//!   from it (Van der Pol), so that motions end on a cycle. Slopes have a prior, since a path along a line
-//!   tells nothing of those across it.
+//!   which is `(g' − h |z − c|²) w` about `c = b / 2h`: a push along the velocity near a centre and a drag
+//!   far from it (Van der Pol), so that motions end on a cycle. Slopes have a prior, since a path along a
+//!   line tells nothing of those across it.
 
 use super::kind::{At, Block, Derivatives, Label, Role, TermKind, default_start};
 use super::quadratic::{dot, offset};

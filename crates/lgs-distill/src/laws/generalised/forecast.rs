@@ -154,7 +154,7 @@ impl<'a> Blocked<'a> {
         let sum = |others: &[Vec<Pose>]| -> f64 {
             deviations.iter().zip(forecast.iter().zip(others)).map(square).sum()
         };
-        let posterior = Posterior::of(placed, &fitted).to_first_order();
+        let posterior = Posterior::of(placed, &fitted).followed_to_first_order();
         let of_draw = |motion: Vec<Option<Vec<Pose>>>| {
             let poses: Option<Vec<Vec<Pose>>> = motion.into_iter().collect();
             poses.map_or(f64::INFINITY, |poses| sum(&poses))

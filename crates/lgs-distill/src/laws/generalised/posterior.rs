@@ -57,7 +57,7 @@ impl Posterior {
     }
 
     /// The same for motions that are followed to first order in its changes, whatever these are.
-    pub(super) fn to_first_order(self) -> Self {
+    pub(super) fn followed_to_first_order(self) -> Self {
         Self { is_curved: OnceLock::from(true), ..self }
     }
 
