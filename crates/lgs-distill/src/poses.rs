@@ -83,7 +83,7 @@ fn found(bodies: &[&Observed], config: &DistillConfig, seed: u64) -> Option<Gene
     Some(found)
 }
 
-/// Whether all poses are numbers: those of a body whose law runs away may be none.
+/// Whether all poses are numbers, as those of a body whose own law runs away are not.
 fn is_finite(motion: &SharedMotion) -> bool {
     motion.poses.iter().all(|pose| pose.linear.is_finite() && pose.shift.is_finite())
 }
@@ -187,6 +187,15 @@ mod tests {
         assert!(law.coordinates == Coordinates::Pair && law.terms.len() == 1, "{law:?}");
         let free = [on(|t| drift(t) - 0.5 * DVec3::X), on(|t| 0.5 * DVec3::X - drift(t))];
         assert!(couple_of_poses(free, &config, 1).is_none());
+    }
+
+    #[test]
+    fn poses_that_are_no_numbers_have_no_law() {
+        let mut body = on(|t| DVec3::new(0.6, 0.9, 0.3) * t);
+        body.poses[20].1.y = f64::NAN;
+        let config = DistillConfig::default();
+        assert!(part_laws_of_poses(body.clone(), &[], &config, 1).is_empty());
+        assert!(law_of_poses(vec![body], &config, 1).is_none());
     }
 
     #[test]

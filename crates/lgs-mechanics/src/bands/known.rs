@@ -53,7 +53,20 @@ impl Known {
         self.band = PositionBand { times: times.to_vec(), radius };
     }
 
-    /// Trusts no forecast beyond the window: those of its parts from each other have failed.
+    /// Takes a wider band in the place of its own, as [`Self::take_band`] does. What did not explain the motion
+    /// before does not do so now, nor is trusted beyond the window what was limited to it.
+    pub fn widen(&mut self, law: &Law, band: (&[f64], &[f64]), window: f64, path: f64) {
+        let (verdict, [since, until]) = (self.verdict, self.trusted);
+        self.take_band(law, band, window, path);
+        if since >= 0.0 && until <= window {
+            self.limit_to_window(window);
+        }
+        if verdict != Verdict::Explained {
+            self.verdict = verdict;
+        }
+    }
+
+    /// Trusts no forecast beyond the window, as where those of its parts from each other have failed.
     pub fn limit_to_window(&mut self, window: f64) {
         self.trusted = self.trusted.map(|time| time.clamp(0.0, window));
         if self.verdict == Verdict::Explained {
@@ -146,4 +159,28 @@ pub struct PositionBand {
     /// Distance that holds 90 % of the posterior of positions, over the particles, world units; none where
     /// rivals cannot be followed.
     pub radius: Vec<Option<f64>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coordinates::Coordinates;
+
+    #[test]
+    fn a_wider_band_extends_no_trust_beyond_the_window() {
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.1).expect("a law");
+        let (times, radius): (Vec<f64>, Vec<f64>) = (0..31).map(|k| (0.1 * f64::from(k), 1e-3)).unzip();
+        let wider: Vec<f64> = radius.iter().map(|radius| 2.0 * radius).collect();
+        let widened = |is_limited: bool| {
+            let mut known = Known::default();
+            known.take_band(&law, (&times, &radius), 1.0, 1.0);
+            if is_limited {
+                known.limit_to_window(1.0);
+            }
+            known.widen(&law, (&times, &wider), 1.0, 1.0);
+            (known.verdict, known.trusted[1])
+        };
+        assert_eq!(widened(false), (Verdict::Explained, times[30]));
+        assert_eq!(widened(true), (Verdict::Described, 1.0));
+    }
 }

@@ -14,7 +14,7 @@ use lgs_core::geometry::wide;
 use lgs_core::{Stream, holding, stream};
 use lgs_data::dataset::Frame;
 use lgs_dynamics::{Edit, Reversal};
-use lgs_mechanics::bands::{HELD, Verdict};
+use lgs_mechanics::bands::HELD;
 use lgs_model::{Dynamics, LagrangianScene, Motion, ObjectModel};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 
@@ -54,12 +54,7 @@ pub(super) fn with_bands_of_views(
             .map(|(own, (apart, corrected))| resolved.hypot(own).hypot(*apart).hypot(*corrected))
             .collect();
         tracing::debug!(object, own = ?known.band.radius, ?apart, ?corrected, "bands of views");
-        let verdict = known.verdict;
-        known.take_band(law, (&times, &radius), window, forecasts.path(&times, window));
-        // What did not explain the motion before does not do so for a wider band.
-        if verdict != Verdict::Explained {
-            known.verdict = verdict;
-        }
+        known.widen(law, (&times, &radius), window, forecasts.path(&times, window));
     }
     scene
 }

@@ -6,6 +6,8 @@
 //! ([`Body::responses`]) bring all times together. What no image determines, such as the stiffness that keeps
 //! a rotor's blades on their circles, stays where stage 1 found it by the trajectories that it followed.
 
+mod in_view;
+
 use lgs_core::linear::{norm, sub};
 use lgs_core::{Camera, GaussianCloud, median, stream};
 use lgs_data::dataset::Frame;
@@ -98,7 +100,8 @@ impl Newton {
         let better = STEP_FRACTIONS
             .iter()
             .map(|&part| self.moved(&steps, part))
-            .find(|changes| !self.is_empty() && error(changes) < before);
+            .filter(|changes| !self.is_empty() && self.keeps_in_view(changes, &observed))
+            .find(|changes| error(changes) < before);
         tracing::debug!(?steps, accepted = better.is_some(), "Gauss–Newton");
         if let Some(changes) = better {
             self.changes = changes;

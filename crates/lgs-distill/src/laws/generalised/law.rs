@@ -205,9 +205,9 @@ pub(super) fn smooth(
     let forecasts = ForecastErrors::of(rated, bodies);
     tracing::debug!(?forecasts, trusted = ?found.known.trusted, "errors of blocked forecasts");
     found.known.forecast_error = forecasts.law;
-    // Where the law bends, first order is trusted for as long as explains the motion, or not beyond it.
-    let is_open = best.posterior.bends() && found.known.verdict != Verdict::Explained;
-    if forecasts.fails || is_open {
+    // First order does not see a law run away: what it does not explain, it does not forecast.
+    let may_run_away = best.posterior.bends() && found.known.verdict != Verdict::Explained;
+    if forecasts.fails || may_run_away {
         found.known.limit_to_window(bodies[0].duration());
     }
     let is_trusted = found.known.trusted[1] > bodies[0].duration();

@@ -175,7 +175,7 @@ impl Posterior {
         *self.is_curved.get_or_init(|| has_whole_inertia(&self.placed) || leaves())
     }
 
-    /// Whether it is so for another reason than an inertia that was fitted.
+    /// Whether motions are followed to first order for another reason than an inertia that was fitted.
     pub(super) fn bends(&self) -> bool {
         !has_whole_inertia(&self.placed) && self.is_curved()
     }
