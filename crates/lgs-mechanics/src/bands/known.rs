@@ -53,8 +53,8 @@ impl Known {
         self.band = PositionBand { times: times.to_vec(), radius };
     }
 
-    /// Takes a wider band in the place of its own, as [`Self::take_band`] does. What did not explain the motion
-    /// before does not do so now, nor is trusted beyond the window what was limited to it.
+    /// Takes a wider band in the place of its own, as [`Self::take_band`] does. What did not explain the
+    /// motion before does not do so now, nor is trusted beyond the window what was limited to it.
     pub fn widen(&mut self, law: &Law, band: (&[f64], &[f64]), window: f64, path: f64) {
         let (verdict, [since, until]) = (self.verdict, self.trusted);
         self.take_band(law, band, window, path);
