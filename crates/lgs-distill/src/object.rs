@@ -131,13 +131,15 @@ impl PartLaws {
     }
 }
 
-/// Times of the impacts that a law tells of, if it describes the motion.
+/// Times of the impacts and impulses that a law tells of, ascending, if it describes the motion.
 #[must_use]
 pub fn known_impacts(law: &Law, known: &Known) -> Vec<f64> {
     if known.verdict == Verdict::Outside {
         return Vec::new();
     }
-    law.events.iter().map(|event| event.time).collect()
+    let mut times: Vec<f64> = law.events().map(|event| event.time).collect();
+    times.sort_by(f64::total_cmp);
+    times
 }
 
 /// Whether two objects can be one system of two bodies, by what is known of their own laws: not if these

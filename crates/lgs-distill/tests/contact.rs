@@ -80,8 +80,8 @@ fn a_ball_bounces_on_the_points_at_rest_in_every_unit() {
         assert_eq!(contact.origin, Origin::Observed, "{told}");
         assert!((contact.restitution / f64::from(RESTITUTION) - 1.0).abs() < 0.05, "{told}");
         let impact = f64::from((2.0 * HEIGHT / GRAVITY).sqrt());
-        assert_eq!(found.law.events.len(), 1, "{told}");
-        assert!((found.law.events[0].time - impact).abs() < 0.0125, "{told}: {:?}", found.law.events);
+        assert_eq!(found.law.impacts.len(), 1, "{told}");
+        assert!((found.law.impacts[0].time - impact).abs() < 0.0125, "{told}: {:?}", found.law.impacts);
         assert_ne!(found.known.verdict, Verdict::Outside, "{told}");
     }
 }
@@ -90,7 +90,7 @@ fn a_ball_bounces_on_the_points_at_rest_in_every_unit() {
 fn a_ball_that_has_met_nothing_yet_does_not_fall_through_the_floor() {
     let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: None, edge: 1.5 }.law();
     let contact = found.law.contact.as_ref().expect("a contact");
-    assert!(found.law.events.is_empty() && contact.deviations[0] > 0.1, "{contact:?}");
+    assert!(found.law.impacts.is_empty() && contact.deviations[0] > 0.1, "{contact:?}");
     let last = Distilled::Generalised(Box::new(found.clone())).rolled(0.01, 2000).pop().unwrap();
     let lowest = last.iter().map(|p| p[2]).fold(f32::INFINITY, f32::min);
     assert!((lowest + 0.3).abs() < 0.02, "{lowest}");
@@ -103,7 +103,7 @@ fn a_ball_that_has_met_nothing_yet_does_not_fall_through_the_floor() {
 fn a_ball_stays_within_a_wall_and_a_floor_that_it_has_not_met_yet() {
     let found = Falling { size: 1.0, samples: 31, noise: 0.002, wall: Some(0.44), edge: 1.5 }.law();
     let contact = found.law.contact.as_ref().expect("a contact");
-    assert!(found.law.events.is_empty(), "{:?}", found.law.events);
+    assert!(found.law.impacts.is_empty(), "{:?}", found.law.impacts);
     let normals: Vec<[f64; 3]> = contact.planes().map(|plane| plane.normal).collect();
     assert!(normals.len() == 2 && normals[0][0] < -0.999 && normals[1][2] > 0.999, "{contact:?}");
     let paths = Distilled::Generalised(Box::new(found)).rolled(0.01, 300);

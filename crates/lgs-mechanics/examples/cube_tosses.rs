@@ -65,7 +65,7 @@ fn row(name: &str, times: &[f64], x: &[Vec<f64>]) -> Result<(), MechanicsError> 
     let states = found.states(times)?;
     let rest = found.states(&[until + 1.0])?.swap_remove(0);
     let later = found.radius(&[until], 0)?[0];
-    let touch = found.law.events.first().map_or(until, |impact| times[0] + impact.time);
+    let touch = found.law.impacts.first().map_or(until, |impact| times[0] + impact.time);
     let nearest = |a: &usize, b: &usize| (times[*a] - touch).abs().total_cmp(&(times[*b] - touch).abs());
     let touch = (0..times.len()).min_by(nearest).unwrap_or(0);
     let contact = found.law.contact.as_ref().unwrap();

@@ -21,10 +21,12 @@ pub struct Law {
     pub step: f64,
     /// The plane that the object collides with.
     pub contact: Option<Contact>,
-    /// Sudden changes of velocity known from the track, times ascending. With a contact they are its impacts:
-    /// on the way back past one its change is taken back. Without, something outside of the law strikes the
-    /// body at these times, whatever the edit, with changes as given.
-    pub events: Vec<Impact>,
+    /// Impacts on the planes of the contact that are known from the track, times ascending: on the way back
+    /// past one its change is taken back.
+    pub impacts: Vec<Impact>,
+    /// Impulses by what is outside of the law, times ascending: whatever the edit, the velocity changes at
+    /// these times as given.
+    pub impulses: Vec<Impact>,
 }
 
 impl Law {
@@ -36,9 +38,16 @@ impl Law {
         parameters: Vec<f64>,
         step: f64,
     ) -> Result<Self, MechanicsError> {
-        let deviations = Vec::new();
-        let law =
-            Self { coordinates, terms, parameters, deviations, step, contact: None, events: Vec::new() };
+        let law = Self {
+            coordinates,
+            terms,
+            parameters,
+            deviations: Vec::new(),
+            step,
+            contact: None,
+            impacts: Vec::new(),
+            impulses: Vec::new(),
+        };
         law.check()?;
         Ok(law)
     }
@@ -74,10 +83,17 @@ impl Law {
         if !(self.step > 0.0 && self.step.is_finite()) {
             return Err(out_of_bounds("the step", self.step, "a positive number"));
         }
-        if let Some(contact) = &self.contact {
-            contact.check(&self.coordinates)?;
+        match &self.contact {
+            Some(contact) => contact.check(&self.coordinates)?,
+            None if self.impacts.is_empty() => {}
+            None => {
+                let (what, found) = ("impacts of a law without a plane".to_owned(), self.impacts.len());
+                return Err(MechanicsError::Size { what, expected: 0, found });
+            }
         }
-        contact::check_order(&self.events, self.coordinates.freedoms())
+        let freedoms = self.coordinates.freedoms();
+        contact::check_order("impact", &self.impacts, freedoms)?;
+        contact::check_order("impulse", &self.impulses, freedoms)
     }
 
     /// Description of all parameters with the space that each belongs to.
@@ -115,13 +131,12 @@ impl Law {
     /// Whether no velocity changes suddenly.
     #[must_use]
     pub fn is_smooth(&self) -> bool {
-        self.contact.is_none() && self.events.is_empty()
+        self.contact.is_none() && self.impulses.is_empty()
     }
 
-    /// Impulses by what is outside of the law: its events, if it has no contact that they come from.
-    #[must_use]
-    pub fn impulses(&self) -> &[Impact] {
-        if self.contact.is_some() { &[] } else { &self.events }
+    /// All known sudden changes of velocity: impacts on planes, then impulses.
+    pub fn events(&self) -> impl Iterator<Item = &Impact> {
+        self.impacts.iter().chain(&self.impulses)
     }
 
     /// Whether a term may add energy.

@@ -38,6 +38,11 @@ struct LawFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     contact: Option<Contact>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    impacts: Vec<Impact>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    impulses: Vec<Impact>,
+    /// In files of earlier versions: impacts of a law with a contact, impulses of one without.
+    #[serde(default, skip_serializing)]
     events: Vec<Impact>,
 }
 
@@ -88,7 +93,9 @@ impl From<Law> for LawFile {
             terms: law.terms.iter().zip(ranges).map(write).collect(),
             coordinates: law.coordinates,
             contact: law.contact,
-            events: law.events,
+            impacts: law.impacts,
+            impulses: law.impulses,
+            events: Vec::new(),
         }
     }
 }
@@ -118,8 +125,10 @@ impl TryFrom<LawFile> for Law {
             }
             terms.push(term);
         }
-        let (step, contact, events) = (file.step, file.contact, file.events);
-        let law = Self { coordinates, terms, parameters, deviations, step, contact, events };
+        let (step, contact) = (file.step, file.contact);
+        let (mut impacts, mut impulses) = (file.impacts, file.impulses);
+        if contact.is_some() { &mut impacts } else { &mut impulses }.extend(file.events);
+        let law = Self { coordinates, terms, parameters, deviations, step, contact, impacts, impulses };
         law.check()?;
         Ok(law)
     }

@@ -83,7 +83,7 @@ impl<'a> System<'a> {
     fn plain(&self, start: &State) -> Result<Plain<'a>, MechanicsError> {
         let at = Moment { state: self.edited(start)?, time: 0.0 };
         let stepper = integrate::stepper(self.law, &self.edit);
-        Ok(Plain { at, stepper, collider: Collider::new(self.law), impulses: self.law.impulses() })
+        Ok(Plain { at, stepper, collider: Collider::new(self.law), impulses: &self.law.impulses })
     }
 
     /// States at times of any order and sign, with their derivatives by start and parameters; those of a law
@@ -101,7 +101,7 @@ impl<'a> System<'a> {
             tangent.x[i * columns + i] = 1.0;
             tangent.v[i * columns + n + i] = self.edit.velocity;
         }
-        let impulses = self.law.impulses();
+        let impulses = self.law.impulses.as_slice();
         let mut moving = Tangential { state: self.edited(start)?, tangent, time: 0.0, stepper, impulses };
         self.visit(&mut moving, times)
     }
@@ -179,7 +179,15 @@ struct Plain<'a> {
 
 impl Struck for Plain<'_> {
     fn move_freely(&mut self, h: f64) -> Solved {
-        if h == 0.0 { Ok(()) } else { integrate::advance(self.stepper.as_mut(), &mut self.at.state, h) }
+        if h == 0.0 {
+            return Ok(());
+        }
+        if let Some(collider) = &mut self.collider {
+            return collider.advance(self.stepper.as_mut(), &mut self.at, h);
+        }
+        integrate::advance(self.stepper.as_mut(), &mut self.at.state, h)?;
+        self.at.time += h;
+        Ok(())
     }
 
     fn change(&mut self, velocity: &[f64], sign: f64) {
@@ -193,11 +201,7 @@ impl Moving for Plain<'_> {
     type Read = State;
 
     fn advance(&mut self, h: f64) -> Solved {
-        if let Some(collider) = &mut self.collider {
-            return collider.advance(self.stepper.as_mut(), &mut self.at, h);
-        }
         let (impulses, from) = (self.impulses, self.at.time);
-        self.at.time += h;
         impulses::pass(self, impulses, from, h)
     }
 

@@ -242,6 +242,9 @@ pub(crate) const CONTACT_ITERATIONS: usize = 12;
 /// Error of a contact after its first impact over that of impulses up to which it comes before them: less is
 /// no difference in kind.
 pub(crate) const AS_NEAR: f64 = 2.0;
+/// Time between the impulses of two bodies up to which they may be one hit, in intervals between samples: an
+/// impulse is found between the samples before and after it, and tracks smear it over one more.
+pub(crate) const SAME_HIT: f64 = 2.0;
 /// Unknowns of a hit that the body which is hit as well tells of: its time, and two of three for its change.
 pub(crate) const KNOWN_OF_HIT: usize = 3;
 /// Turns of finding where two flights meet, which their speeds at one time tell of another.

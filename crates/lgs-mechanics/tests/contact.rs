@@ -170,8 +170,8 @@ fn the_way_back_past_an_impact_needs_its_record() {
     let later = System::new(&law, Edit::NONE).states(&start, &[0.7]).unwrap().swap_remove(0);
     let fault = System::new(&law, Edit::NONE).states(&later, &[-0.7]).unwrap_err().to_string();
     assert!(fault.starts_with("the motion is not determined beyond time -0.2"), "{fault}");
-    law.events = met;
-    law.events[0].time -= 0.7;
+    law.impacts = met;
+    law.impacts[0].time -= 0.7;
     let back = System::new(&law, Edit::NONE).states(&later, &[-0.7]).unwrap().swap_remove(0);
     let apart = back.x.iter().zip(&start.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-6, "{back:?}");
@@ -229,9 +229,9 @@ fn restitution_of_a_ball_is_found() {
     );
     assert!((contact.friction / 0.2 - 1.0).abs() < 0.1, "{} ± {:?}", contact.friction, found.deviations);
     let truth = System::new(&ball, Edit::NONE).impacts(&start, 1.3).unwrap();
-    assert_eq!(found.law.events.len(), truth.len());
+    assert_eq!(found.law.impacts.len(), truth.len());
     let late = |(a, b): (&Impact, &Impact)| (a.time - b.time).abs() > 0.5 * 1.3 / 89.0;
-    assert!(!found.law.events.iter().zip(&truth).any(late), "{:?} for {truth:?}", found.law.events);
+    assert!(!found.law.impacts.iter().zip(&truth).any(late), "{:?} for {truth:?}", found.law.impacts);
     let (verdict, trusted) = found.verdict(0.04, 0).unwrap();
     let told = format!("{verdict:?} until {trusted}, {} and {}", found.chi_square, found.error);
     assert!(verdict == Verdict::Explained && trusted > 2.2, "{told}");
@@ -268,8 +268,8 @@ fn planes_and_corners_are_found() {
 #[test]
 fn faults_of_contacts_and_events_are_named() {
     let mut good = cube(0.3, 0.2);
-    good.events = System::new(&good, Edit::NONE).impacts(&thrown_cube(), 1.0).unwrap();
-    assert!(good.events.len() > 1);
+    good.impacts = System::new(&good, Edit::NONE).impacts(&thrown_cube(), 1.0).unwrap();
+    assert!(good.impacts.len() > 1);
     let text = serde_json::to_string(&good).unwrap();
     assert_eq!(serde_json::from_str::<Law>(&text).unwrap(), good);
     let fault = |spoil: &dyn Fn(&mut Law)| {
@@ -278,9 +278,9 @@ fn faults_of_contacts_and_events_are_named() {
         let text = serde_json::to_string(&law).unwrap();
         serde_json::from_str::<Law>(&text).unwrap_err().to_string()
     };
-    let order = fault(&|law| law.events.swap(0, 1));
+    let order = fault(&|law| law.impacts.swap(0, 1));
     assert!(order.starts_with("event 1 of a law is at time"), "{order}");
-    let size = fault(&|law| law.events[0].change.truncate(3));
+    let size = fault(&|law| law.impacts[0].change.truncate(3));
     assert_eq!(size, "change of velocity of event 0: 6 values expected, 3 found");
     let elastic = fault(&|law| law.contact.as_mut().unwrap().restitution = 1.5);
     assert!(elastic.starts_with("a value of a contact is -0.5"), "{elastic}");

@@ -132,7 +132,7 @@ fn a_plane_that_nothing_shows_is_told_by_the_impacts() {
         assert!(apart < 0.05 && (contact.restitution / 0.7 - 1.0).abs() < 0.05, "{told}");
         assert!((found.law.parameters[2] + 9.81).abs() < 0.2, "{:?}", found.law.parameters);
         let late = System::new(&truth, Edit::NONE).impacts(&start, 1.0).unwrap();
-        assert_eq!(found.law.events.len(), late.len(), "{told}");
+        assert_eq!(found.law.impacts.len(), late.len(), "{told}");
     }
 }
 
@@ -244,7 +244,7 @@ fn wiggles_of_a_learned_track_are_no_impacts() {
     let contact = found.law.contact.as_ref().unwrap();
     assert!((contact.restitution / 0.7 - 1.0).abs() < 0.05, "{contact:?} {}", found.error);
     assert!((found.law.parameters[2] + 9.81).abs() < 0.4, "{:?}", found.law.parameters);
-    assert_eq!(found.law.events.len(), 1, "{:?}", found.law.events);
+    assert_eq!(found.law.impacts.len(), 1, "{:?}", found.law.impacts);
 }
 
 #[test]

@@ -17,8 +17,8 @@ use rand_distr::{Distribution, StandardNormal};
 fn struck() -> Law {
     let weight: [(&str, Port, &[f64]); 1] = [("uniform-field", Port::Whole, &[0.0, 0.0, -1.5])];
     let impulse = |time: f64, change: [f64; 3]| Impact { time, change: change.to_vec() };
-    let events = vec![impulse(0.2531, [1.0, 0.4, 0.3]), impulse(0.5077, [-0.6, 0.9, 0.2])];
-    Law { events, ..law(Coordinates::Point, &[], &weight) }
+    let impulses = vec![impulse(0.2531, [1.0, 0.4, 0.3]), impulse(0.5077, [-0.6, 0.9, 0.2])];
+    Law { impulses, ..law(Coordinates::Point, &[], &weight) }
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn impulses_act_at_their_times_and_are_taken_back_on_the_way_back() {
     // The motion from the end back to the start: its impulses in the other order.
     let last = 0.75;
     let mirrored = |event: &Impact| Impact { time: event.time - last, change: event.change.clone() };
-    let seen_from_the_end = Law { events: law.events.iter().map(mirrored).collect(), ..law.clone() };
+    let seen_from_the_end = Law { impulses: law.impulses.iter().map(mirrored).collect(), ..law.clone() };
     let back = System::new(&seen_from_the_end, Edit::NONE).states(&states[2], &[-last]).unwrap();
     let apart = back[0].x.iter().zip(&start.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-12, "{back:?}");
@@ -78,8 +78,8 @@ fn times_and_changes_of_impulses_are_found_from_a_noisy_track() {
     let x = track(&times);
     let found = explain(&body(&[]), &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-5] })
         .unwrap();
-    assert!(found.law.contact.is_none() && found.law.events.len() == 2, "{:?}", found.law);
-    for (event, truth) in found.law.events.iter().zip(&law.events) {
+    assert!(found.law.contact.is_none() && found.law.impulses.len() == 2, "{:?}", found.law);
+    for (event, truth) in found.law.impulses.iter().zip(&law.impulses) {
         let apart = event.change.iter().zip(&truth.change).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!((event.time - truth.time).abs() < 2e-3 && apart < 0.03, "{event:?} for {truth:?}");
     }
@@ -99,14 +99,14 @@ fn hits_that_others_tell_of_and_a_body_does_not_show_are_none() {
     for told in [[0.1, 0.25, 0.51], [0.25, 0.51, 0.53]] {
         let law = explain(&body(&told), &seen).unwrap().law;
         let near = |(event, truth): (&Impact, &Impact)| (event.time - truth.time).abs() < 2e-3;
-        assert!(law.events.len() == 2 && law.events.iter().zip(&struck().events).all(near), "{law:?}");
+        assert!(law.impulses.len() == 2 && law.impulses.iter().zip(&struck().impulses).all(near), "{law:?}");
     }
 }
 
 #[test]
 fn drawn_laws_can_be_read_from_files_where_the_error_of_a_drag_is_larger_than_itself() {
     let drag: [(&str, Port, &[f64]); 1] = [("linear-drag", Port::Whole, &[0.3])];
-    let slowed = Law { events: struck().events, ..law(Coordinates::Point, &[], &drag) };
+    let slowed = Law { impulses: struck().impulses, ..law(Coordinates::Point, &[], &drag) };
     let start = state(&[0.0, 0.0, 1.0], &[0.5, 0.0, 0.2]);
     let times: Vec<f64> = (0..76).map(|k| 0.01 * f64::from(k)).collect();
     let states = System::new(&slowed, Edit::NONE).states(&start, &times).unwrap();
@@ -145,7 +145,7 @@ fn dense_samples_show_an_impulse_that_hides_in_the_noise_of_few() {
     };
     let near = |(found, truth): (&f64, &Impact)| (found - truth.time).abs() < 0.02;
     let dense = found(181, &struck());
-    assert!(dense.len() == 2 && dense.iter().zip(&struck().events).all(near), "{dense:?}");
-    let smooth = Law { events: Vec::new(), ..struck() };
+    assert!(dense.len() == 2 && dense.iter().zip(&struck().impulses).all(near), "{dense:?}");
+    let smooth = Law { impulses: Vec::new(), ..struck() };
     assert!(found(181, &smooth).is_empty() && found(46, &smooth).is_empty());
 }

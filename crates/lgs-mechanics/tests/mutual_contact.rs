@@ -56,17 +56,17 @@ fn balls(restitution: f64, friction: f64) -> Balls {
 }
 
 impl Balls {
-    fn events(&self, contact: &MutualContact, edit: Edit) -> Vec<Vec<Impact>> {
+    fn impulses(&self, contact: &MutualContact, edit: Edit) -> Vec<Vec<Impact>> {
         let moving = |(law, start)| Moving { law, start, edit };
         let motions: Vec<Moving<'_>> = self.laws.iter().zip(&self.starts).map(moving).collect();
-        contact.events(&motions, [0.0, 1.0]).unwrap()
+        contact.impulses(&motions, [0.0, 1.0]).unwrap()
     }
 
     /// The laws with the hits of the contact, each event changed by a function.
     fn seen(&self, change: impl Fn(usize, Impact) -> Impact) -> Vec<Law> {
-        let events = self.events(&self.contact, Edit::NONE).into_iter().enumerate();
+        let events = self.impulses(&self.contact, Edit::NONE).into_iter().enumerate();
         let changed = events.map(|(body, events)| events.into_iter().map(|e| change(body, e)).collect());
-        let with = |(law, events): (&Law, Vec<Impact>)| Law { events, ..law.clone() };
+        let with = |(law, impulses): (&Law, Vec<Impact>)| Law { impulses, ..law.clone() };
         self.laws.iter().zip(changed).map(with).collect()
     }
 
@@ -81,7 +81,7 @@ impl Balls {
 fn restitution_friction_masses_and_radii_are_those_of_the_hits() {
     let balls = balls(0.7, 0.15);
     let laws = balls.seen(|_, event| event);
-    assert_eq!(laws.iter().map(|law| law.events.len()).collect::<Vec<_>>(), [1, 2, 1], "two hits");
+    assert_eq!(laws.iter().map(|law| law.impulses.len()).collect::<Vec<_>>(), [1, 2, 1], "two hits");
     let found = mutual_contact(&balls.bodies(&laws), 1.0, 0.02).unwrap();
     assert!(found.follows_laws() && found.error < 1e-3, "{found:?}");
     let MutualContact { bodies, restitution, friction, .. } = &found.contact;
@@ -93,7 +93,7 @@ fn restitution_friction_masses_and_radii_are_those_of_the_hits() {
     assert!((reach(bodies) - reach(&balls.contact.bodies)).abs() < 2e-3, "{found:?}");
     // Twice as fast, the same hits come sooner and are harder.
     let edit = Edit { velocity: 1.5, ..Edit::NONE };
-    let [truth, forecast] = [&balls.contact, &found.contact].map(|contact| balls.events(contact, edit));
+    let [truth, forecast] = [&balls.contact, &found.contact].map(|contact| balls.impulses(contact, edit));
     let [truth, forecast] = [truth, forecast].map(|events| events[2][0].clone());
     assert!((truth.time - forecast.time).abs() < 5e-3, "{truth:?} {forecast:?}");
 }
@@ -108,7 +108,7 @@ fn gaussians_that_do_not_cover_a_ball_evenly_leave_its_centre_where_the_hits_hav
     let found = mutual_contact(&balls.bodies(&laws), 1.0, 0.02).unwrap();
     assert!(found.error < 2e-3, "{found:?}");
     let edit = Edit { velocity: 0.6, ..Edit::NONE };
-    let [truth, forecast] = [&balls.contact, &found.contact].map(|contact| balls.events(contact, edit));
+    let [truth, forecast] = [&balls.contact, &found.contact].map(|contact| balls.impulses(contact, edit));
     let change = |events: &[Vec<Impact>]| DVec3::from_slice(&events[1][0].change[3..]);
     let apart = (change(&truth) - change(&forecast)).length() / change(&truth).length();
     assert!(apart < 0.02, "{apart}");
@@ -153,7 +153,7 @@ fn each_draw_of_all_bodies_has_the_hits_that_follow_from_it() {
     let struck = contact(0.3).with_hits(&drawn, &bodies, [0.0, 2.0]).unwrap();
     let times = |body: usize| -> Vec<f64> {
         let DrawnLaws { middle, drawn, .. } = &struck[body].laws[0];
-        std::iter::once(middle).chain(drawn).map(|one| one.law.events[0].time).collect()
+        std::iter::once(middle).chain(drawn).map(|one| one.law.impulses[0].time).collect()
     };
     for (found, expected) in times(0).iter().zip(times(1)).zip([0.4, 0.4 / 0.8, 0.5 / 1.25]) {
         assert!((found.0 - expected).abs() < 1e-6 && (found.1 - expected).abs() < 1e-6, "{found:?}");

@@ -92,7 +92,7 @@ fn row(name: &str, path: &Path, settings: &[String]) -> Result<String, Box<dyn s
     let gravity = format!("{gravity:6.3} ({:+5.1} %)", 100.0 * (gravity / GRAVITY - 1.0));
     let constants = format!("{:.2} ± {e:.2}  {:.2} ± {mu:.2}", contact.restitution, contact.friction);
     let claim = format!("{:?} until {:.2}", known.verdict, known.trusted[1]);
-    let seen = law.events.len();
+    let seen = law.impacts.len();
     Ok(format!("{name:10} {gravity} {error} {rest} {lowest}  {seen}     {constants} {end}  {claim}"))
 }
 

@@ -32,10 +32,10 @@ pub(crate) fn with_contact(mut scene: LagrangianScene, frames: &[Frame]) -> Lagr
 /// is known of the motion, but those that meet the plane more or less often.
 fn take_impulses(dynamics: &mut GeneralisedDynamics, window: f64) {
     let Some(Cow::Owned(law)) = law_by_impulses((&dynamics.law, &dynamics.start), window) else { return };
-    let count = law.events.len();
+    let count = law.impulses.len();
     let by_impulses = |StartedLaw { law, start }: &StartedLaw| {
         let law = law_by_impulses((law, start), window)?.into_owned();
-        (law.events.len() == count).then(|| StartedLaw { law, start: start.clone() })
+        (law.impulses.len() == count).then(|| StartedLaw { law, start: start.clone() })
     };
     dynamics.law = law;
     if let Some(mut posterior) = dynamics.known.posterior.take() {
@@ -57,18 +57,19 @@ fn interval(scene: &LagrangianScene, frames: &[Frame]) -> f64 {
     f64::from((scene.motion.time_window / steps as f32).max(scene.motion.dt))
 }
 
-/// The law of a single body without planes, with the impulses that it gets in a window. A plane that nothing
-/// at rest shows may be another body: its impacts are impulses then.
+/// The law of a single body with the impulses that it gets in a window. A plane that nothing at rest shows may
+/// be another body: its impacts are impulses then.
 fn law_by_impulses<'a>((law, start): (&'a Law, &State), window: f64) -> Option<Cow<'a, Law>> {
     match &law.contact {
         _ if law.coordinates.bodies() != 1 => None,
-        None => Some(Cow::Borrowed(law)),
-        Some(contact) if contact.origin == Origin::Fitted && contact.walls.is_empty() => {
+        Some(contact)
+            if contact.origin == Origin::Fitted && contact.walls.is_empty() && law.impulses.is_empty() =>
+        {
             let met = System::new(law, Edit::NONE).impacts(start, window).unwrap_or_default();
-            let events = noticeable(&met).cloned().collect();
-            Some(Cow::Owned(Law { contact: None, events, ..law.clone() }))
+            let impulses = noticeable(&met).cloned().collect();
+            Some(Cow::Owned(Law { contact: None, impacts: Vec::new(), impulses, ..law.clone() }))
         }
-        Some(_) => None,
+        _ => Some(Cow::Borrowed(law)),
     }
 }
 
@@ -92,7 +93,7 @@ fn contact_of(scene: &LagrangianScene, interval: f64) -> Option<ObjectContact> {
     told(&found);
     let all_are_hits = found.bodies.iter().zip(&found.contact.bodies).all(|(&body, round)| {
         let law = &able[body].2;
-        matches!(law, Cow::Borrowed(_)) || round.hits.len() == law.events.len()
+        matches!(law, Cow::Borrowed(_)) || round.hits.len() == law.impulses.len()
     });
     (found.follows_laws() && all_are_hits).then(|| ObjectContact {
         objects: found.bodies.iter().map(|&body| able[body].0).collect(),
@@ -162,9 +163,9 @@ mod tests {
         let object = |body: usize| {
             let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("a law");
             let change = [-0.9, 0.9][body];
-            let events = vec![Impact { time: 0.4, change: vec![change, 0.0, 0.0] }];
+            let impulses = vec![Impact { time: 0.4, change: vec![change, 0.0, 0.0] }];
             let start = State { x: vec![body as f64, 0.0, 0.0], v: vec![1.0 - body as f64, 0.0, 0.0] };
-            let (law, bodies, known) = (Law { events, ..law }, Bodies::default(), Known::default());
+            let (law, bodies, known) = (Law { impulses, ..law }, Bodies::default(), Known::default());
             let dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known });
             ObjectModel { members: 80 * body..80 * (body + 1), dynamics, recording: None }
         };
@@ -194,7 +195,7 @@ mod tests {
         assert!((contact.restitution - 0.8).abs() < 0.02, "{contact:?}");
         assert!((contact.bodies[1].mass - 1.0).abs() < 0.02 && contact.bodies[1].hits == [0], "{contact:?}");
         let mut apart = scene();
-        law_mut(&mut apart, 1).events[0].time = 0.7;
+        law_mut(&mut apart, 1).impulses[0].time = 0.7;
         assert!(with_contact(apart, &[]).contact.is_none());
     }
 
@@ -206,14 +207,14 @@ mod tests {
         let contact =
             Contact { restitution: 0.0, origin: Origin::Fitted, ..Contact::of(plane, &surface, 1e-3) };
         let law = law_mut(&mut scene, 0);
-        (law.contact, law.events) = (Some(contact.clone()), Vec::new());
-        law_mut(&mut scene, 1).events[0].change[0] = 1.0;
+        (law.contact, law.impulses) = (Some(contact.clone()), Vec::new());
+        law_mut(&mut scene, 1).impulses[0].change[0] = 1.0;
         let mut given = scene.clone();
         law_mut(&mut given, 0).contact = Some(Contact { origin: Origin::Given, ..contact });
         let found = with_contact(scene, &[]);
         assert!(found.contact.is_some());
         let law = found.law_of_body(0).map(|dynamics| &dynamics.law).expect("a law without a plane");
-        assert!(law.events.len() == 1 && (law.events[0].time - 0.4).abs() < 1e-6, "{law:?}");
+        assert!(law.impulses.len() == 1 && (law.impulses[0].time - 0.4).abs() < 1e-6, "{law:?}");
         assert!(with_contact(given, &[]).contact.is_none(), "a plane that is there stays");
     }
 }

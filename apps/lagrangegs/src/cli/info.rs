@@ -210,7 +210,7 @@ fn dynamics(object: &ObjectModel) -> String {
                     ", contact with {planes} (restitution {:.2}, friction {:.2}, {} impacts)",
                     contact.restitution,
                     contact.friction,
-                    law.events.len()
+                    law.impacts.len()
                 )
             });
             format!("{} with {}{contact}", law.coordinates.name(), terms.join(" + "))

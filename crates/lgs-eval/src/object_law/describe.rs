@@ -28,8 +28,8 @@ impl ObjectLaw {
             bodies: law.coordinates.bodies(),
             kinetic: all[..all.len() - of_terms].to_vec(),
             terms: law.terms.iter().enumerate().map(term).collect(),
-            contact: law.contact.as_ref().map(|contact| describing(contact, &law.events)),
-            impulses: law.impulses().to_vec(),
+            contact: law.contact.as_ref().map(|contact| describing(contact, &law.impacts)),
+            impulses: law.impulses.clone(),
             verdict,
             ..Self::default()
         }
@@ -82,7 +82,7 @@ fn constant(name: &str, value: f64, deviation: f64) -> LawParameter {
     LawParameter { name: name.to_owned(), value, deviation, unit: String::new() }
 }
 
-fn describing(contact: &Contact, events: &[Impact]) -> LawContact {
+fn describing(contact: &Contact, impacts: &[Impact]) -> LawContact {
     let [restitution, friction] = contact.deviations;
     LawContact {
         normal: contact.plane.normal,
@@ -93,7 +93,7 @@ fn describing(contact: &Contact, events: &[Impact]) -> LawContact {
             constant("restitution", contact.restitution, restitution),
             constant("friction", contact.friction, friction),
         ],
-        impacts: events.iter().map(|event| event.time).collect(),
+        impacts: impacts.iter().map(|impact| impact.time).collect(),
     }
 }
 

@@ -62,8 +62,9 @@ fn cycle_of_law(motion: &MotionConfig, law: &GeneralisedDynamics, points: &[[f32
     let path = placed.windows(2).map(|pair| sum_of_distances(&pair[0].q, &pair[1].q)).sum();
     let (Some(turn), Some(end)) = (there.last(), times.last()) else { return (0.0, 0.0) };
     let mut turned = GeneralisedDynamics { start: turn.clone(), ..law.clone().with_impacts(*end) };
-    // Time begins at the turn; impacts are taken back at the times at which they happened.
-    turned.law.events.iter_mut().for_each(|event| event.time -= end);
+    // Time begins at the turn; changes of velocity are taken back at the times at which they happened.
+    let lgs_mechanics::Law { impacts, impulses, .. } = &mut turned.law;
+    impacts.iter_mut().chain(impulses).for_each(|event| event.time -= end);
     let back = turned.states(Edit::default(), &[-end]).remove(0);
     (sum_of_distances(points, &law.placed(points, &back).q), path)
 }
@@ -106,7 +107,7 @@ mod tests {
     #[test]
     fn impulses_of_the_window_are_taken_back_on_the_way_back() {
         let mut law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("a law");
-        law.events = vec![Impact { time: 0.3, change: vec![0.0, 2.0, 0.0] }];
+        law.impulses = vec![Impact { time: 0.3, change: vec![0.0, 2.0, 0.0] }];
         let start = coordinates::State { x: vec![0.0; 3], v: vec![1.0, 0.0, 0.0] };
         let struck = GeneralisedDynamics { law, bodies: Bodies::default(), start, known: Known::default() };
         let motion = MotionConfig { dt: 0.01, time_window: 0.75 };

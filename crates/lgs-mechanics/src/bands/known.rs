@@ -39,7 +39,7 @@ impl Known {
     /// strikes in the window is not trusted beyond it: nobody knows what strikes next.
     pub fn take_band(&mut self, law: &Law, band: (&[f64], &[f64]), window: f64, path: f64) {
         self.take_band_with_hits(band, window, path);
-        if !law.impulses().is_empty() {
+        if !law.impulses.is_empty() {
             self.limit_to_window(window);
         }
     }

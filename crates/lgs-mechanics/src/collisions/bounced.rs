@@ -14,11 +14,11 @@ use crate::thresholds::{COMPARED_TIMES, KNOWN_OF_HIT, NEAR_PLANE};
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-/// A law with the contact, or with the impulses, that was fitted to a track.
+/// A law with the contact and the impulses that were fitted to a track.
 #[derive(Clone, Debug)]
 pub struct Bounced {
-    /// The law with its contact, if it has one; its events are the impacts of the fitted motion within the
-    /// track, or the impulses.
+    /// The law with its contact, if it has one, whose impacts are those of the fitted motion within the
+    /// track, and its impulses.
     pub law: Law,
     /// State at the first time of the track.
     pub start: State,
@@ -34,8 +34,8 @@ pub struct Bounced {
     pub predicted: Vec<Vec<f64>>,
     /// Unknowns of law, contact and plane, the start left out.
     pub(super) unknowns: f64,
-    /// Covariance of start, velocity, parameters, and restitution, friction, tilts and shift of every plane,
-    /// or time and change of every impulse.
+    /// Covariance of start, velocity, parameters, time and change of every impulse, and of a contact
+    /// restitution, friction, tilts and shift of every plane.
     pub(super) covariance: DMatrix<f64>,
     /// Points about which the planes tilt.
     pub(super) about: Vec<[f64; 3]>,

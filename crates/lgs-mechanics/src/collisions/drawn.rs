@@ -98,12 +98,10 @@ impl Bounced {
             law.parameters[i] = (law.parameters[i] + change[2 * n + i]).clamp(lower, upper);
         }
         let impulses = change[2 * n + law.parameters.len()..].chunks_exact(1 + n);
-        if law.contact.is_none() {
-            law.events.iter_mut().zip(impulses).for_each(|(event, change)| {
-                event.time += change[0];
-                event.change.iter_mut().zip(&change[1..]).for_each(|(v, change)| *v += change);
-            });
-        }
+        law.impulses.iter_mut().zip(impulses).for_each(|(impulse, change)| {
+            impulse.time += change[0];
+            impulse.change.iter_mut().zip(&change[1..]).for_each(|(v, change)| *v += change);
+        });
         if let Some(contact) = &mut law.contact {
             let own = &change[change.len() - unknowns_of(contact)..];
             *contact = with_planes_changed(contact, &self.about, &own[OF_MATERIAL..]);

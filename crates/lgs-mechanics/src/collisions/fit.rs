@@ -3,18 +3,18 @@
 use super::body::{Body, Observed};
 use super::bounced::{Bounced, likeliest};
 use super::bouncing::Bouncing;
-use super::flights::{flights, nested_impacts};
+use super::flights::{flights, nested_impacts, with_hits};
 use super::freedom::{Freedom, Hypothesis};
 use super::grounds::{agree, contradict, freedom_of, touching};
 use super::laws::{FlightLaw, FlightLaws};
 use super::plane_of_impact::fitted_planes;
 use super::samples::Samples;
-use super::struck::{through_hits, through_impulses};
+use super::struck::{through_hits, through_impulses, told, with_impulses};
 use super::walls::with_walls;
 use crate::candidate::Candidate;
 use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground, Impact, Origin, Plane, Surface, impacts};
-use crate::coordinates::{Ball, Coordinates, Port, State};
+use crate::coordinates::{Ball, Coordinates, Port};
 use crate::edit::Edit;
 use crate::error::MechanicsError;
 use crate::explain::check_track;
@@ -50,27 +50,30 @@ pub fn fit(
     let extent = body.surface.extent();
     let freedom = Freedom { about: [0.0; 3], tilt: EXACT, shift: EXACT * extent, least: 0.0 };
     let freedoms = vec![freedom; contact.planes().count()];
-    let known = |_: &FlightLaw| vec![Hypothesis { contact: contact.clone(), freedoms: freedoms.clone() }];
+    let given = Hypothesis { contact: contact.clone(), freedoms, impulses: Vec::new() };
+    let known = |_: &FlightLaw| vec![given.clone()];
     through((&body, &seen), &FlightLaws::new(&body, &seen, f64::INFINITY), flights, &known)
         .ok_or(MechanicsError::NoFit { candidates: 1 })
 }
 
 /// The law that explains a track with impacts best: with a contact on one of the planes at rest that the body
-/// meets, or on one that the impacts themselves tell of, since points at rest may show a plane badly; or with
-/// impulses by something else. The plane's origin is [`Origin::Observed`] where it lies in one of those at
+/// meets, or on one that the impacts themselves tell of, since points at rest may show a plane badly; with
+/// impulses by something else; or with both. The plane's origin is [`Origin::Observed`] where it lies in one of those at
 /// rest. `None` where there is no impact or no law.
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
     let sets = nested_impacts(seen.times, &seen.centers());
     // A contact explains no motion whose flights no law describes.
     let laws = FlightLaws::new(body, seen, DESCRIBED);
-    let met = body.grounds.iter().filter_map(|ground| on_ground((body, seen), &laws, ground, &sets));
+    let all_sets = [sets.clone(), with_hits(&sets, &body.hits, seen.times)];
+    let all = body.grounds.iter().flat_map(|ground| all_sets.iter().map(move |sets| (ground, sets)));
+    let met = all.filter_map(|(ground, sets)| on_ground((body, seen), &laws, ground, sets));
     let untouched = vec![false; seen.times.len()];
     let through_set = |impacts: &Vec<Impact>| {
         let flights = flights(seen.times, impacts, &untouched);
         let planes = |law: &FlightLaw| {
             let fitted = fitted_planes(body, seen, law, &flights, impacts);
-            and_walls((body, seen), law, (&flights, impacts), fitted)
+            and_others((body, seen), law, (&flights, impacts), fitted)
         };
         through((body, seen), &laws, flights.clone(), &planes)
     };
@@ -148,14 +151,14 @@ fn on_ground(
     let stays_free = |flights: &[Range<usize>]| flights.len() == 1 && flights[0].len() == seen.times.len();
     parts.retain(|(flights, _)| !stays_free(flights));
     let through_part = |(flights, impacts): (Vec<Range<usize>>, &Vec<Impact>)| {
-        let planes = |law: &FlightLaw| and_walls((body, seen), law, (&flights, impacts), vec![own.clone()]);
+        let planes = |law: &FlightLaw| and_others((body, seen), law, (&flights, impacts), vec![own.clone()]);
         through((body, seen), laws, flights.clone(), &planes)
     };
     first_peak(parts.into_iter().filter_map(through_part))
 }
 
-/// Hypotheses, and those among them with walls.
-fn and_walls(
+/// Hypotheses, those among them with walls, and of all these those with impulses by something else.
+fn and_others(
     of: (&Body, &Observed),
     law: &FlightLaw,
     given: (&[Range<usize>], &[Impact]),
@@ -163,6 +166,8 @@ fn and_walls(
 ) -> Vec<Hypothesis> {
     let walled: Vec<_> = hypotheses.iter().filter_map(|own| with_walls(of, law, given, own)).collect();
     hypotheses.extend(walled);
+    let struck: Vec<_> = hypotheses.iter().filter_map(|own| with_impulses(of, law, given, own)).collect();
+    hypotheses.extend(struck);
     hypotheses
 }
 
@@ -230,21 +235,21 @@ fn on_planes(
         &law.noise,
         (flights[0].end, law.left_out(flights, since.len())),
     );
-    let scales = law.scales_of_changes(since[flights[0].end - 1]);
+    let duration = since[flights[0].end - 1];
     let with_inertia = |coordinates: Coordinates| {
-        let motion = with_contact(law, &coordinates, &hypothesis.contact)?;
-        let start: State = law.flights[0].1.clone();
+        let impulses = hypothesis.impulses.clone();
+        let motion = Law { impulses, ..with_contact(law, &coordinates, &hypothesis.contact)? };
         let given = (since.clone(), samples.clone());
-        let bounds = (law.bounds.as_slice(), scales.as_slice());
-        let bouncing =
-            Bouncing::new((motion, start), given, bounds, &hypothesis.freedoms, law.effort.clone());
+        let bouncing = Bouncing::new(law, motion, given, duration, &hypothesis.freedoms);
         let (pair, error) = bouncing.coarse()?;
         // No restitution and friction bring it about: the plane is not what the body has met.
         (error <= HOPELESS * hypothesis.contact.extent()).then_some((bouncing, pair, error))
     };
     let tried = masses(&law.candidate.coordinates, body.is_shell).into_iter().filter_map(with_inertia);
     let (bouncing, pair, _) = tried.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    bouncing.solve(pair, seen.times[0])
+    let (found, are_certain) = bouncing.solve(pair, seen.times[0])?;
+    let told = told(body, seen, &found.law.impulses);
+    are_certain.iter().all(|is_certain| *is_certain).then(|| found.knowing_hits(told))
 }
 
 /// Coordinates with the inertia of the particles, and that of a body which they are the surface of.

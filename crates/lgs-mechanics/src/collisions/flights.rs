@@ -19,6 +19,21 @@ pub(super) fn nested_impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Vec<Imp
     (0..=all.len()).map(first).collect()
 }
 
+/// Sets of impacts with hits at some times beside them; none if there are no such times within the track.
+pub(super) fn with_hits(sets: &[Vec<Impact>], hits: &[f64], times: &[f64]) -> Vec<Vec<Impact>> {
+    let is_within = |hit: &&f64| **hit > times[0] && **hit < times[times.len() - 1];
+    let hits: Vec<f64> = hits.iter().filter(is_within).copied().collect();
+    let sample = |time: f64| times.partition_point(|other| *other < time);
+    let with = |set: &Vec<Impact>| {
+        let is_new = |hit: &&f64| set.iter().all(|impact| sample(impact.time).abs_diff(sample(**hit)) > 1);
+        let new = hits.iter().filter(is_new).map(|&time| Impact { time, change: Vec::new() });
+        let mut all: Vec<Impact> = set.iter().cloned().chain(new).collect();
+        all.sort_by(|a, b| a.time.total_cmp(&b.time));
+        all
+    };
+    if hits.is_empty() { Vec::new() } else { sets.iter().map(with).collect() }
+}
+
 /// Stretches between impacts, in order, of samples at ascending times: a flight ends at an impact, and
 /// samples that touch a known plane are in none.
 pub(super) fn flights(times: &[f64], impacts: &[Impact], touching: &[bool]) -> Vec<Range<usize>> {

@@ -1,6 +1,6 @@
 //! The unknowns of a contact.
 
-use crate::contact::Contact;
+use crate::contact::{Contact, Impact};
 
 /// Unknowns of a contact beside those of its planes: restitution and friction.
 pub(super) const OF_MATERIAL: usize = 2;
@@ -35,18 +35,21 @@ impl Freedom {
     }
 }
 
-/// A contact that a body may have, and how far each of its planes may be from where it has it.
+/// A contact that a body may have, how far each of its planes may be from where it has it, and what strikes
+/// the body beside.
 #[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub(super) contact: Contact,
     /// One for each plane.
     pub(super) freedoms: Vec<Freedom>,
+    /// Impulses by something else.
+    pub(super) impulses: Vec<Impact>,
 }
 
 impl Hypothesis {
     /// A contact with one plane.
     pub(super) fn of(contact: Contact, freedom: Freedom) -> Self {
-        Self { contact, freedoms: vec![freedom] }
+        Self { contact, freedoms: vec![freedom], impulses: Vec::new() }
     }
 }
 

@@ -6,6 +6,7 @@ use crate::contact::Impact;
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::system::System;
+use crate::thresholds::MEETINGS;
 use glam::DVec3;
 use std::ops::Range;
 
@@ -17,6 +18,8 @@ pub(super) struct Met {
     pub(super) before: Option<DVec3>,
     /// Change of that velocity.
     pub(super) change: DVec3,
+    /// Time since the start of the track and change of all velocities, if there are flights on both sides.
+    pub(super) impulse: Option<Impact>,
 }
 
 /// The impact at the end of a flight: where it meets the next one, or as the samples around it have it.
@@ -32,8 +35,8 @@ pub(super) fn meeting(
     let both = fitted(&flights[index]).zip(flights.get(index + 1).and_then(fitted));
     let Some(((earlier, start), (later, after))) = both else {
         let is_next = |impact: &&Impact| impact.time >= seen.times[end - 1];
-        let change = DVec3::from_slice(&impacts.iter().find(is_next)?.change);
-        return Some(Met { x: seen.x.get(end)?.clone(), before: None, change });
+        let change = DVec3::from(*impacts.iter().find(is_next)?.change.last_chunk::<3>()?);
+        return Some(Met { x: seen.x.get(end)?.clone(), before: None, change, impulse: None });
     };
     let motion = law.motion().ok()?;
     let system = System::new(&motion, Edit::NONE);
@@ -41,11 +44,13 @@ pub(super) fn meeting(
     let tail = |values: &[f64]| DVec3::from_slice(&values[values.len() - 3..]);
     let mut time = 0.5 * (since[end - 1] + since[end.min(since.len() - 1)]);
     let mut found = None;
-    for _ in 0..2 {
+    for _ in 0..MEETINGS {
         let before = at(start, time - since[earlier.start])?;
         let after = at(after, time - since[later.start])?;
         let change = tail(&after.v) - tail(&before.v);
-        found = Some(Met { x: before.x.clone(), before: Some(tail(&before.v)), change });
+        let changes = after.v.iter().zip(&before.v).map(|(after, before)| after - before).collect();
+        let impulse = Some(Impact { time, change: changes });
+        found = Some(Met { x: before.x.clone(), before: Some(tail(&before.v)), change, impulse });
         let apart =
             (tail(&after.x) - tail(&before.x)).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
         time = (time - apart).clamp(since[earlier.end - 1], since[later.start]);

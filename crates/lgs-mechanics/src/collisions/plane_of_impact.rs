@@ -18,7 +18,7 @@ pub(super) fn fitted_planes(
     flights: &[Range<usize>],
     impacts: &[Impact],
 ) -> Vec<Hypothesis> {
-    let Some(Met { x, before, change }) = meeting(seen, law, (flights, impacts), 0) else {
+    let Some(Met { x, before, change, .. }) = meeting(seen, law, (flights, impacts), 0) else {
         return Vec::new();
     };
     let plane = |normal: DVec3, tilt: f64, least: f64| {

@@ -1,21 +1,20 @@
-//! Motions that something outside of the law strikes: start, law and impulses as the unknowns of one motion.
+//! Motions that something outside of the law strikes.
 //!
 //! A ball that another one hits, or a thing that is pushed, changes its velocity where nothing at rest is and
 //! in a direction that no plane explains. Its law is that of its flights; the impulses are given by time.
 
-use super::body::Observed;
+use super::body::{Body, Observed};
 use super::bounced::{Bounced, likeliest};
+use super::bouncing::Bouncing;
 use super::flights::flights;
+use super::freedom::Hypothesis;
 use super::laws::{FlightLaw, FlightLaws};
-use super::samples::{Later, Samples};
-use crate::contact::{Impact, noticeable};
-use crate::coordinates::State;
-use crate::edit::Edit;
-use crate::fit::{Problem, Settings, Unknown, covariance_of, minimise};
+use super::meeting::meeting;
+use super::samples::Samples;
+use super::walls::{is_there, may_cause};
+use crate::contact::Impact;
 use crate::law::Law;
-use crate::system::System;
-use crate::thresholds::{CONTACT_ITERATIONS, IMPACT_JUMP, MEETINGS};
-use nalgebra::{DMatrix, DVector};
+use crate::thresholds::SAME_HIT;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -67,149 +66,45 @@ fn between(
         return None;
     }
     let since = seen.since();
-    let impulses = meetings(&law, &since, impacts)?;
+    let impulse = |index: usize| meeting(seen, &law, (parts, impacts), index)?.impulse;
+    let impulses = (0..impacts.len()).map(impulse).collect::<Option<_>>()?;
     let left_out = law.left_out(parts, since.len());
     let samples =
         Samples::new(seen.samples(0..since.len()), seen.x.to_vec(), &law.noise, (parts[0].end, left_out));
-    let window = [seen.times[0], seen.times[seen.times.len() - 1]];
-    StruckMotion::new(&law, impulses, (since, samples))?.solve(window)
+    let (motion, duration) = (Law { impulses, ..law.motion().ok()? }, since[since.len() - 1]);
+    Bouncing::new(&law, motion, (since, samples), duration, &[]).solve([0.0; 2], seen.times[0])
 }
 
-/// The impulses between flights, each at the time where the motions before and after it are nearest to each
-/// other.
-fn meetings(law: &FlightLaw, since: &[f64], impacts: &[Impact]) -> Option<Vec<Impact>> {
-    let motion = law.motion().ok()?;
-    let system = System::new(&motion, Edit::NONE);
-    let of_pair = |(pair, impact): (&[(Range<usize>, State)], &Impact)| {
-        let [(before, one), (after, other)] = pair else { return None };
-        let at = |time: f64| -> Option<[State; 2]> {
-            let first = system.states(one, &[time - since[before.start]]).ok()?.pop()?;
-            Some([first, system.states(other, &[time - since[after.start]]).ok()?.pop()?])
-        };
-        let bounds = [since[before.end - 1], since[after.start]];
-        let mut time = impact.time.clamp(bounds[0], bounds[1]);
-        let mut change = Vec::new();
-        for _ in 0..MEETINGS {
-            let [first, then] = at(time)?;
-            change = then.v.iter().zip(&first.v).map(|(after, before)| after - before).collect();
-            let apart = motion.coordinates.difference(&first.x, &then.x);
-            let along: f64 = apart.iter().zip(&change).map(|(x, v)| x * v).sum();
-            let square: f64 = change.iter().map(|v| v * v).sum();
-            time = (time - along / square.max(f64::MIN_POSITIVE)).clamp(bounds[0], bounds[1]);
-        }
-        Some(Impact { time, change })
+/// A hypothesis with impulses where flights meet and no plane of it is the cause: in mid-air, or where other
+/// bodies tell of a hit. `None` if there are none.
+pub(super) fn with_impulses(
+    (body, seen): (&Body, &Observed),
+    law: &FlightLaw,
+    (flights, impacts): (&[Range<usize>], &[Impact]),
+    hypothesis: &Hypothesis,
+) -> Option<Hypothesis> {
+    let contact = &hypothesis.contact;
+    let impulse = |index: usize| {
+        let pair = flights.get(index..index + 2)?;
+        let met = meeting(seen, law, (flights, impacts), index)?;
+        let is_caused = contact.planes().any(|plane| may_cause(plane, &met, contact));
+        let is_near = contact.planes().any(|plane| is_there(plane, &met, contact));
+        let impulse = met.impulse?;
+        let is_free = !is_near || is_told(body, seen, &impulse);
+        (pair[0].end == pair[1].start && !is_caused && is_free).then_some(impulse)
     };
-    law.flights.windows(2).zip(impacts).map(of_pair).collect()
+    let impulses: Vec<Impact> = (0..flights.len()).filter_map(impulse).collect();
+    (!impulses.is_empty()).then(|| Hypothesis { impulses, ..hypothesis.clone() })
 }
 
-/// A motion through impulses as a problem of least squares. Unknowns are the change of the start `[n]`, its
-/// velocity `[n]`, the law's parameters, and time and change `[n]` of every impulse.
-struct StruckMotion {
-    law: Law,
-    first: State,
-    times: Vec<f64>,
-    samples: Samples,
-    unknowns: Vec<Unknown>,
+/// How many impulses are hits of which other bodies tell.
+pub(super) fn told(body: &Body, seen: &Observed, impulses: &[Impact]) -> usize {
+    impulses.iter().filter(|impulse| is_told(body, seen, impulse)).count()
 }
 
-impl StruckMotion {
-    fn new(law: &FlightLaw, events: Vec<Impact>, (times, samples): (Vec<f64>, Samples)) -> Option<Self> {
-        let first = law.flights[0].1.clone();
-        let duration = times[times.len() - 1];
-        let interval = duration / (times.len() - 1) as f64;
-        let free = |scale: f64| Unknown { scale, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
-        let mut unknowns: Vec<Unknown> = law.scales_of_changes(duration).into_iter().map(free).collect();
-        for (unknown, [lower, upper]) in unknowns[2 * first.v.len()..].iter_mut().zip(&law.bounds) {
-            (unknown.lower, unknown.upper) = (*lower, *upper);
-        }
-        for (index, event) in events.iter().enumerate() {
-            // Impulses keep their order.
-            let after = index.checked_sub(1).map_or(0.0, |last| 0.5 * (events[last].time + event.time));
-            let before = events.get(index + 1).map_or(duration, |next| 0.5 * (next.time + event.time));
-            unknowns.push(Unknown { scale: interval, lower: after, upper: before });
-            unknowns.extend(law.noise.iter().map(|noise| free(noise.deviation / duration)));
-        }
-        let law = Law { events, ..law.motion().ok()? };
-        Some(Self { law, first, times, samples, unknowns })
-    }
-
-    fn values(&self) -> Vec<f64> {
-        let impulse = |event: &Impact| [&[event.time], event.change.as_slice()].concat();
-        let impulses = self.law.events.iter().flat_map(impulse).collect::<Vec<_>>();
-        [&vec![0.0; self.first.v.len()], self.first.v.as_slice(), &self.law.parameters, &impulses].concat()
-    }
-
-    /// Law and start at values of the unknowns.
-    fn motion(&self, values: &[f64]) -> (Law, State) {
-        let n = self.first.v.len();
-        let x = self.law.coordinates.retract(&self.first.x, &values[..n]);
-        let (parameters, impulses) = values[2 * n..].split_at(self.law.parameters.len());
-        let impulse = |own: &[f64]| Impact { time: own[0], change: own[1..].to_vec() };
-        let events = impulses.chunks_exact(1 + n).map(impulse).collect();
-        let law = Law { parameters: parameters.to_vec(), events, ..self.law.clone() };
-        (law, State { x, v: values[n..2 * n].to_vec() })
-    }
-
-    fn states(&self, values: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let (law, start) = self.motion(values);
-        let states = System::new(&law, Edit::NONE).states(&start, &self.times).ok()?;
-        Some(states.into_iter().map(|state| state.x).collect())
-    }
-
-    /// The best motion, and which of its impulses are certain and no little beside the largest.
-    fn solve(self, window: [f64; 2]) -> Option<(Bounced, Vec<bool>)> {
-        let settings = Settings { iterations: CONTACT_ITERATIONS, ..Settings::default() };
-        let minimum = minimise(&self, &self.values(), &settings)?;
-        let covariance = covariance_of(&minimum.information)?;
-        let (mut law, start) = self.motion(&minimum.values);
-        let first = 2 * start.v.len();
-        let impulses = first + law.parameters.len();
-        let are_certain = law.events.iter().enumerate().map(|(index, event)| {
-            let row = impulses + index * (1 + start.v.len()) + 1;
-            noticeable(&law.events).any(|other| other == event) && is_certain(event, &covariance, row)
-        });
-        let are_certain = are_certain.collect();
-        let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
-        law.deviations = (first..first + law.parameters.len()).map(deviation).collect();
-        let predicted = self.states(&minimum.values)?;
-        let found = Bounced {
-            chi_square: self.samples.chi_square_of_flight(&law.coordinates, &predicted),
-            free: 0..self.samples.free,
-            unknowns: (minimum.values.len() - first) as f64,
-            about: Vec::new(),
-            window,
-            deviations: [0.0; 2],
-            error: self.samples.later_error(&law.coordinates, &predicted),
-            samples: self.samples,
-            times: self.times,
-            prior: Vec::new(),
-            law,
-            start,
-            covariance,
-            predicted,
-        };
-        Some((found, are_certain))
-    }
-}
-
-/// Whether the change of an impulse, whose unknowns begin at a row of the covariance, stands out of its own
-/// error as far as a jump of a track has to: samples that are left out beside it may make an outlier one.
-fn is_certain(event: &Impact, covariance: &DMatrix<f64>, row: usize) -> bool {
-    let size = event.change.len();
-    let change = DVector::from_column_slice(&event.change);
-    let own = covariance.view((row, row), (size, size)).into_owned();
-    let inverse = own.pseudo_inverse(f64::MIN_POSITIVE);
-    inverse.is_ok_and(|inverse| change.dot(&(inverse * &change)) > IMPACT_JUMP.powi(2))
-}
-
-impl Problem for StruckMotion {
-    fn unknowns(&self) -> &[Unknown] {
-        &self.unknowns
-    }
-
-    fn residuals(&self, values: &[f64]) -> Option<DVector<f64>> {
-        let predicted = self.states(values)?;
-        let residuals = self.samples.residuals(&self.law.coordinates, &predicted, Later::OfNoise);
-        residuals.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(residuals))
-    }
+/// Whether other bodies tell of a hit at the time of an impulse, which counts from the start of the track.
+fn is_told(body: &Body, seen: &Observed, impulse: &Impact) -> bool {
+    let count = seen.times.len();
+    let interval = (seen.times[count - 1] - seen.times[0]) / (count - 1).max(1) as f64;
+    body.hits.iter().any(|hit| (hit - seen.times[0] - impulse.time).abs() <= SAME_HIT * interval)
 }

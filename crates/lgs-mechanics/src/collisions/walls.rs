@@ -52,9 +52,14 @@ fn wall((body, seen): (&Body, &Observed), ground: &Ground, met: &Met) -> (Plane,
 
 /// Whether a plane may have changed a velocity so: the body touches it there, and is pushed away from it
 /// within the cone of the largest friction, no faster than it came.
-fn may_cause(plane: &Plane, met: &Met, contact: &Contact) -> bool {
+pub(super) fn may_cause(plane: &Plane, met: &Met, contact: &Contact) -> bool {
     let normal = DVec3::from(plane.normal);
-    let is_there = contact.gap_to(plane, &met.x).abs() <= DEEPEST * contact.extent();
     let is_within_cone = met.change.dot(normal) * MOST_FRICTION.hypot(1.0) >= met.change.length();
-    is_there && is_within_cone && met.before.is_none_or(|before| stops(before, met.change, normal))
+    let is_stopped = met.before.is_none_or(|before| stops(before, met.change, normal));
+    is_there(plane, met, contact) && is_within_cone && is_stopped
+}
+
+/// Whether the body is about as near to a plane as if it touched it.
+pub(super) fn is_there(plane: &Plane, met: &Met, contact: &Contact) -> bool {
+    contact.gap_to(plane, &met.x).abs() <= DEEPEST * contact.extent()
 }

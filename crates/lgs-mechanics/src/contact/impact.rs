@@ -26,16 +26,16 @@ pub fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
     events.iter().filter(move |event| size(event) > NO_IMPACT * largest)
 }
 
-/// Checks that events have the size of the coordinates, are finite, and their times ascend.
-pub(crate) fn check_order(events: &[Impact], freedoms: usize) -> Result<(), MechanicsError> {
+/// Checks that events of a kind have the size of the coordinates, are finite, and their times ascend.
+pub(crate) fn check_order(kind: &str, events: &[Impact], freedoms: usize) -> Result<(), MechanicsError> {
     for (index, event) in events.iter().enumerate() {
         if event.change.len() != freedoms {
-            let what = format!("change of velocity of event {index}");
+            let what = format!("change of velocity of {kind} {index}");
             return Err(MechanicsError::Size { what, expected: freedoms, found: event.change.len() });
         }
         let numbers = event.change.iter().chain([&event.time]);
         if let Some(&value) = numbers.clone().find(|value| !value.is_finite()) {
-            let (what, allowed) = (format!("a number of event {index}"), "a finite number".to_owned());
+            let (what, allowed) = (format!("a number of {kind} {index}"), "a finite number".to_owned());
             return Err(MechanicsError::OutOfBounds { what, value, allowed });
         }
         let before = index.checked_sub(1).map(|last| events[last].time);

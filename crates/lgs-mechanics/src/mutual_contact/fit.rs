@@ -4,7 +4,6 @@ use super::seen::{SeenBody, SeenHit, hits};
 use super::thresholds::{COMPARED, DRAWN_CONTACTS, MASS_PRIOR, MOST_FRICTION, PLACE_ERROR, RADIUS_PRIOR};
 use super::{Moving, MutualContact, RoundBody};
 use crate::bands::changes;
-use crate::contact::Impact;
 use crate::coordinates::Embedding;
 use crate::edit::Edit;
 use crate::fit::{Minimum, Problem, Settings, Unknown, covariance_of, minimise};
@@ -40,7 +39,7 @@ impl SeenContact {
 /// did. `interval` is the time between two samples.
 #[must_use]
 pub fn mutual_contact(bodies: &[SeenBody<'_>], window: f64, interval: f64) -> Option<SeenContact> {
-    let is_able = |body: &SeenBody<'_>| body.law.contact.is_none() && body.law.coordinates.bodies() == 1;
+    let is_able = |body: &SeenBody<'_>| body.law.coordinates.bodies() == 1;
     let rounds = bodies.iter().enumerate().filter(|(_, body)| is_able(body));
     let rounds = rounds.filter_map(|(index, body)| Some((index, body.sphere()?)));
     let (mut places, mut spheres): (Vec<usize>, Vec<RoundBody>) = rounds.unzip();
@@ -167,13 +166,14 @@ impl<'a> Fit<'a> {
         let motion = |body: &SeenBody<'a>| Moving { law: body.law, start: body.start, edit: Edit::NONE };
         let motions: Vec<Moving<'_>> = self.bodies.iter().map(motion).collect();
         let window = self.times[self.times.len() - 1];
-        let events = contact.events(&motions, [0.0, window]).ok()?;
+        let impulses = contact.impulses(&motions, [0.0, window]).ok()?;
         let mut apart = Vec::with_capacity(self.bodies.len() * self.times.len());
-        for (index, events) in events.into_iter().enumerate() {
+        for (index, impulses) in impulses.into_iter().enumerate() {
             let body = &self.bodies[index];
             // The same point of the body as is seen, wherever the contact has its centre.
             let point = &self.first.bodies[index];
-            let moved = centers(body, &with_events(body.law, events), point, &self.times)?;
+            let law = Law { impulses, ..body.law.clone() };
+            let moved = centers(body, &law, point, &self.times)?;
             apart.extend(moved.iter().zip(&self.seen[index]).map(|(moved, seen)| *moved - *seen));
         }
         Some(apart)
@@ -214,10 +214,6 @@ fn centers(body: &SeenBody<'_>, law: &Law, round: &RoundBody, times: &[f64]) -> 
     let states = System::new(law, Edit::NONE).states(body.start, times).ok()?;
     let center = |x: &[f64]| embedding.placements(x)[0].apply(round.center.into());
     Some(states.iter().map(|state| center(&state.x)).collect())
-}
-
-fn with_events(law: &Law, events: Vec<Impact>) -> Law {
-    Law { events, ..law.clone() }
 }
 
 impl Problem for Fit<'_> {

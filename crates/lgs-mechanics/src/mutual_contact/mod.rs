@@ -1,6 +1,6 @@
 //! Contact between bodies: round ones that hit each other (method §5.9).
 //!
-//! Between hits each body moves by its own law, in whatever coordinates this has. Two bodies hit where the
+//! Between hits each body moves by its own law, in whatever coordinates this has and off its own planes. Two bodies hit where the
 //! spheres of their surfaces touch. The impulses of a hit are equal and opposite: along the line of the
 //! centres by the restitution, across it by Coulomb's friction; the masses of the bodies share them.
 
@@ -49,7 +49,7 @@ pub struct RoundBody {
     /// Its mass over that of the first body; for a body about a hinge or a pivot, its moment of inertia, in
     /// the units of that mass.
     pub mass: f64,
-    /// Which events of its law are hits by others of these bodies.
+    /// Which impulses of its law are hits by others of these bodies.
     #[serde(default)]
     pub hits: Vec<usize>,
 }

@@ -14,7 +14,7 @@ use glam::DVec3;
 /// How one of the bodies moves when no other one hits it.
 #[derive(Clone, Copy, Debug)]
 pub struct Moving<'a> {
-    /// Its law; the events of it are those of its own motion.
+    /// Its law; the impulses of it are those of its own motion.
     pub law: &'a Law,
     /// Configuration and velocity at t = 0.
     pub start: &'a State,
@@ -22,7 +22,7 @@ pub struct Moving<'a> {
     pub edit: Edit,
 }
 
-/// A body with the events that it has met so far.
+/// A body with the impulses that it has got so far.
 struct Follower<'a> {
     of: Moving<'a>,
     law: Law,
@@ -50,13 +50,14 @@ impl Follower<'_> {
         embedding.rates(&state.x, &state.v)[0].apply(self.round.center.into()).length()
     }
 
-    /// Adds an event in the order of time, a little later than one of the same time.
-    fn meet(&mut self, mut event: Impact, after: f64) {
-        let place = self.law.events.partition_point(|other| other.time <= event.time);
-        if let Some(before) = place.checked_sub(1).map(|i| self.law.events[i].time) {
-            event.time = event.time.max(before + after);
+    /// Adds an impulse in the order of time, a little later than one of the same time.
+    fn meet(&mut self, mut impulse: Impact, after: f64) {
+        let impulses = &mut self.law.impulses;
+        let place = impulses.partition_point(|other| other.time <= impulse.time);
+        if let Some(before) = place.checked_sub(1).map(|i| impulses[i].time) {
+            impulse.time = impulse.time.max(before + after);
         }
-        self.law.events.insert(place, event);
+        impulses.insert(place, impulse);
     }
 }
 
@@ -70,12 +71,12 @@ struct Hit {
 }
 
 impl MutualContact {
-    /// The events of each body up to a time: its own ones, hits by other bodies up to `since` as its law has
-    /// them, and from then on the hits that follow.
+    /// The impulses of each body up to a time: its own ones, hits by other bodies up to `since` as its law
+    /// has them, and from then on the hits that follow.
     ///
     /// # Errors
     /// If there are not as many motions as bodies, or one cannot be followed.
-    pub fn events(
+    pub fn impulses(
         &self,
         motions: &[Moving<'_>],
         [since, until]: [f64; 2],
@@ -92,7 +93,7 @@ impl MutualContact {
             self.strike(&mut bodies, &hit, AFTER * until)?;
             (time, last) = (hit.time, Some(hit.pair));
         }
-        Ok(bodies.into_iter().map(|body| body.law.events).collect())
+        Ok(bodies.into_iter().map(|body| body.law.impulses).collect())
     }
 
     /// Distance of the surfaces of two bodies.
@@ -226,9 +227,9 @@ impl MutualContact {
 /// A body before the hits that are to be found.
 fn follower<'a>(of: Moving<'a>, round: &'a RoundBody, since: f64) -> Follower<'a> {
     let mut law = of.law.clone();
-    let is_kept = |(index, event): (usize, Impact)| {
-        (event.time <= since || !round.hits.contains(&index)).then_some(event)
+    let is_kept = |(index, impulse): (usize, Impact)| {
+        (impulse.time <= since || !round.hits.contains(&index)).then_some(impulse)
     };
-    law.events = law.events.into_iter().enumerate().filter_map(is_kept).collect();
+    law.impulses = law.impulses.into_iter().enumerate().filter_map(is_kept).collect();
     Follower { of, law, round }
 }

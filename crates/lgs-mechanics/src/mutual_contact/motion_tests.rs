@@ -35,7 +35,7 @@ fn a_ball_passes_its_speed_on_through_a_row() {
     for scale in [1.0, 2.0] {
         let edit = Edit { velocity: scale, ..Edit::NONE };
         let motions: Vec<Moving<'_>> = starts.iter().map(|start| Moving { law: &law, start, edit }).collect();
-        let events = contact.events(&motions, [0.0, 1.5]).expect("events");
+        let events = contact.impulses(&motions, [0.0, 1.5]).expect("events");
         let times: Vec<Vec<f64>> =
             events.iter().map(|events| events.iter().map(|event| event.time).collect()).collect();
         let [first, second] = [0.4 / scale, 0.8 / scale];
@@ -50,7 +50,7 @@ fn a_ball_passes_its_speed_on_through_a_row() {
 #[test]
 fn a_hit_after_known_ones_is_as_hard_as_one_before() {
     let hit = |change: f64| vec![Impact { time: 0.4, change: vec![change, 0.0, 0.0] }];
-    let laws = [hit(-1.0), hit(1.0), Vec::new()].map(|events| Law { events, ..free() });
+    let laws = [hit(-1.0), hit(1.0), Vec::new()].map(|impulses| Law { impulses, ..free() });
     let places = [0.0, 1.0, 2.6];
     let body = |i: usize| {
         let hits = if i < 2 { vec![0] } else { Vec::new() };
@@ -63,7 +63,7 @@ fn a_hit_after_known_ones_is_as_hard_as_one_before() {
     let motion = |i: usize| Moving { law: &laws[i], start: &starts[i], edit: Edit::NONE };
     let motions = [0, 1, 2].map(motion);
     for until in [1.5, 2.0, 9.0, 25.6] {
-        let events = contact.events(&motions, [1.0, until]).expect("events");
+        let events = contact.impulses(&motions, [1.0, until]).expect("events");
         let [first, second, third] = &events[..] else { panic!("three bodies") };
         assert!(first.len() == 1 && second.len() == 2 && third.len() == 1, "until {until}: {events:?}");
         assert!((third[0].time - 1.4).abs() < 1e-7, "until {until}: {events:?}");
@@ -89,8 +89,8 @@ fn a_ball_comes_to_lie_on_another_one() {
         start,
         edit: Edit::NONE,
     });
-    let events = contact.events(&motions, [0.0, 3.0]).expect("events").remove(1);
-    let law = Law { events, ..falling.clone() };
+    let events = contact.impulses(&motions, [0.0, 3.0]).expect("events").remove(1);
+    let law = Law { impulses: events, ..falling.clone() };
     let times: Vec<f64> = (0..30).map(|k| 0.1 * f64::from(k)).collect();
     let states = System::new(&law, Edit::NONE).states(&starts[1], &times).expect("states");
     assert!(states.iter().all(|state| state.x[2] > 0.95), "{states:?}");
@@ -101,7 +101,7 @@ fn a_ball_comes_to_lie_on_another_one() {
 fn hits_up_to_a_time_are_those_of_the_law() {
     let struck = Impact { time: 0.25, change: vec![0.0, 0.5, 0.0] };
     let mut law = free();
-    law.events = vec![Impact { time: 0.1, change: vec![0.0; 3] }, struck.clone()];
+    law.impulses = vec![Impact { time: 0.1, change: vec![0.0; 3] }, struck.clone()];
     let start = State { x: vec![0.0; 3], v: vec![0.0; 3] };
     let far = State { x: vec![9.0, 0.0, 0.0], v: vec![0.0; 3] };
     let other = free();
@@ -110,7 +110,7 @@ fn hits_up_to_a_time_are_those_of_the_law() {
     let contact = MutualContact { bodies, restitution: 1.0, friction: 0.0, deviations: [0.0; 2] };
     let motions =
         [(&law, &start), (&other, &far)].map(|(law, start)| Moving { law, start, edit: Edit::NONE });
-    let events = |since: f64| contact.events(&motions, [since, 1.0]).expect("events").remove(0);
-    assert_eq!(events(0.5), law.events, "known ones stay");
-    assert_eq!(events(0.0), law.events[..1], "a hit that does not happen is gone, the push stays");
+    let events = |since: f64| contact.impulses(&motions, [since, 1.0]).expect("events").remove(0);
+    assert_eq!(events(0.5), law.impulses, "known ones stay");
+    assert_eq!(events(0.0), law.impulses[..1], "a hit that does not happen is gone, the push stays");
 }

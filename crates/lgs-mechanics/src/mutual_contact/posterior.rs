@@ -40,8 +40,8 @@ impl MutualContact {
         let motions: Vec<Moving<'_>> =
             both.map(|(StartedLaw { law, start }, &edit)| Moving { law, start, edit }).collect();
         let mut struck: Vec<StartedLaw> = laws.iter().map(|&one| one.clone()).collect();
-        if let Ok(events) = self.events(&motions, span) {
-            struck.iter_mut().zip(events).for_each(|(one, events)| one.law.events = events);
+        if let Ok(impulses) = self.impulses(&motions, span) {
+            struck.iter_mut().zip(impulses).for_each(|(one, impulses)| one.law.impulses = impulses);
         }
         struck
     }

@@ -4,12 +4,13 @@
 use super::RoundBody;
 use super::hit::Struck;
 use super::sphere::{SurfaceGaussian, sphere};
-use super::thresholds::{MOST_ACROSS, MOST_APART, SAME_TIME};
+use super::thresholds::{MOST_ACROSS, MOST_APART};
 use crate::contact::Impact;
 use crate::coordinates::{Embedding, State};
 use crate::edit::Edit;
 use crate::law::Law;
 use crate::system::System;
+use crate::thresholds::SAME_HIT;
 use glam::DVec3;
 
 /// A body, and the law that it has been found to follow.
@@ -28,7 +29,7 @@ pub struct SeenBody<'a> {
 pub(super) struct SeenHit {
     /// The bodies.
     pub(super) pair: [usize; 2],
-    /// The event of each.
+    /// The impulse of each.
     pub(super) events: [usize; 2],
     /// Distance of the centres, world units.
     pub(super) distance: f64,
@@ -68,7 +69,7 @@ impl<'a> SeenBody<'a> {
             let center = embedding.placements(&state.x)[0].apply(sphere.center.into());
             Some(Moment { of: self, time: event.time, state, change: &event.change, center })
         };
-        self.law.impulses().iter().filter_map(of_event).collect()
+        self.law.impulses.iter().filter_map(of_event).collect()
     }
 }
 
@@ -135,7 +136,7 @@ pub(super) fn hits(bodies: &[SeenBody<'_>], spheres: &[RoundBody], interval: f64
 fn hit([one, other]: [&Moment<'_>; 2], (reach, share): (f64, f64), interval: f64) -> Option<SeenHit> {
     let apart = (one.time - other.time).abs();
     let distance = one.center.distance(other.center);
-    if apart > SAME_TIME * interval || (distance / reach - 1.0).abs() > MOST_APART {
+    if apart > SAME_HIT * interval || (distance / reach - 1.0).abs() > MOST_APART {
         return None;
     }
     let normal = (other.center - one.center).try_normalize()?;

@@ -18,9 +18,6 @@ pub(super) const AFTER: f64 = 1e-12;
 
 // Fits
 
-/// Time between the events of two bodies up to which they may be one hit, in intervals between samples: an
-/// impulse is found between the samples before and after it, and tracks smear it over one more.
-pub(super) const SAME_TIME: f64 = 2.0;
 /// Part by which the distance of two centres in a hit may differ from the sum of the radii that their
 /// Gaussians show: these lie below the surface by up to their own size, or above it where a hit is late.
 pub(super) const MOST_APART: f64 = 0.25;

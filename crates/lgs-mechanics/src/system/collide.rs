@@ -37,7 +37,7 @@ impl<'a> Collider<'a> {
     pub(crate) fn new(law: &'a Law) -> Option<Self> {
         let inverse = law.coordinates.inertia().map(|inertia| inertia.inverse_tensor(&law.parameters));
         let contact = law.contact.as_ref()?;
-        let (known, extent) = (&law.events, contact.extent());
+        let (known, extent) = (&law.impacts, contact.extent());
         Some(Self { contact, known, inverse, extent, met: Vec::new(), followed: Cell::new(0) })
     }
 

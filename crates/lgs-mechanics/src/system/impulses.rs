@@ -5,7 +5,7 @@ use crate::integrate::Solved;
 
 /// Something that moves freely and whose velocity can be changed.
 pub(super) trait Struck {
-    /// Free motion over a time that may be negative.
+    /// Motion without impulses over a time that may be negative.
     fn move_freely(&mut self, h: f64) -> Solved;
     /// Adds so many times a change to the velocity.
     fn change(&mut self, velocity: &[f64], sign: f64);

@@ -45,10 +45,11 @@ impl ObjectContact {
             return Some("objects that do not ascend".to_owned());
         }
         let misfit = |(&object, hits): (&usize, &Vec<usize>)| match scene.law_of_body(object) {
-            None => Some(format!("object {object}, which has no law of a single body without planes")),
+            None => Some(format!("object {object}, which has no law of a single body")),
             Some(GeneralisedDynamics { law, .. }) => {
-                let absent = hits.iter().find(|hit| **hit >= law.events.len());
-                absent.map(|hit| format!("event {hit} of object {object}, which has {}", law.events.len()))
+                let (absent, count) =
+                    (hits.iter().find(|hit| **hit >= law.impulses.len()), law.impulses.len());
+                absent.map(|hit| format!("impulse {hit} of object {object}, which has {count}"))
             }
         };
         self.objects.iter().zip(self.contact.bodies.iter().map(|body| &body.hits)).find_map(misfit)
@@ -56,13 +57,11 @@ impl ObjectContact {
 }
 
 impl LagrangianScene {
-    /// The law of an object that may hit others: of a single body that meets no plane, and is not recorded.
+    /// The law of an object that may hit others: of a single body, and not recorded.
     #[must_use]
     pub fn law_of_body(&self, object: usize) -> Option<&GeneralisedDynamics> {
         let object = self.objects.get(object).filter(|object| object.recording.is_none())?;
-        let of_body = |dynamics: &&GeneralisedDynamics| {
-            dynamics.law.contact.is_none() && dynamics.law.coordinates.bodies() == 1
-        };
+        let of_body = |dynamics: &&GeneralisedDynamics| dynamics.law.coordinates.bodies() == 1;
         object.dynamics.generalised().filter(of_body)
     }
 }
@@ -117,10 +116,10 @@ impl EditedLaws {
             })
             .collect();
         let span = [known_until(scene, edits), self.until];
-        let events: Result<Vec<Vec<Impact>>, MechanicsError> = contact.events(&motions, span);
-        for ((object, dynamics), events) in bodies.into_iter().zip(events.unwrap_or_default()) {
+        let impulses: Result<Vec<Vec<Impact>>, MechanicsError> = contact.impulses(&motions, span);
+        for ((object, dynamics), impulses) in bodies.into_iter().zip(impulses.unwrap_or_default()) {
             let law = self.resolved[object].as_ref().unwrap_or(&dynamics.law).clone();
-            self.hit[object] = Some(Law { events, ..law });
+            self.hit[object] = Some(Law { impulses, ..law });
         }
     }
 }
@@ -195,7 +194,7 @@ mod tests {
             (wrong(&|contact| contact.objects[2] = 5), "object 5"),
             (wrong(&|contact| contact.objects.swap(0, 1)), "ascend"),
             (wrong(&|contact| contact.objects.truncate(2)), "2 objects, 3 bodies"),
-            (wrong(&|contact| contact.contact.bodies[2].hits = vec![0]), "event 0 of object 2, which has 0"),
+            (wrong(&|contact| contact.contact.bodies[2].hits = vec![0]), "impulse 0 of object 2, which has 0"),
             (wrong(&|contact| contact.contact.bodies[1].radius = 0.0), "radius of a body"),
             (wrong(&|contact| contact.contact.restitution = 1.5), "restitution is 1.5"),
         ];

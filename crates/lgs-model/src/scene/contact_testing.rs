@@ -16,7 +16,7 @@ pub(super) fn row() -> LagrangianScene {
     let ball = |(index, x): (usize, f64)| {
         let mut law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("a law");
         let hit = |change: f64| vec![Impact { time: 0.4, change: vec![change, 0.0, 0.0] }];
-        law.events = vec![hit(-1.0), hit(1.0), Vec::new()].swap_remove(index);
+        law.impulses = vec![hit(-1.0), hit(1.0), Vec::new()].swap_remove(index);
         let speed = if index == 0 { 1.0 } else { 0.0 };
         let start = State { x: vec![x, 0.0, 0.0], v: vec![speed, 0.0, 0.0] };
         let (bodies, known) = (Bodies::default(), Known::default());

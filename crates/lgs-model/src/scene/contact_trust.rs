@@ -53,7 +53,7 @@ impl LagrangianScene {
             let points = &self.dynamic_gaussians.means[self.objects[object].members.clone()];
             let Dynamics::Generalised(dynamics) = &mut self.objects[object].dynamics else { continue };
             let GeneralisedDynamics { law, start, bodies, known } = dynamics;
-            let is_struck_by_others = round.hits.len() == law.events.len();
+            let is_struck_by_others = round.hits.len() == law.impulses.len();
             let radius = known.radius_by(struck, lgs_mechanics::Edit::NONE, (law, start), (bodies, points));
             let Some(mut radius) = radius.filter(|_| is_struck_by_others) else { continue };
             if known.verdict == Verdict::Outside {
@@ -100,7 +100,7 @@ mod tests {
             let started = |by: f64| {
                 let (mut law, mut start) = (dynamics.law.clone(), dynamics.start.clone());
                 start.v.iter_mut().for_each(|v| *v *= 1.0 + by);
-                law.events.iter_mut().flat_map(|event| &mut event.change).for_each(|v| *v *= 1.0 + by);
+                law.impulses.iter_mut().flat_map(|hit| &mut hit.change).for_each(|v| *v *= 1.0 + by);
                 StartedLaw { law, start }
             };
             let drawn = vec![started(-part), started(part)];
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn a_body_that_something_else_strikes_is_not_trusted_past_the_window() {
         let mut scene = drawn(1e-3);
-        let push = |law: &mut Law| law.events[0].time = 0.6;
+        let push = |law: &mut Law| law.impulses[0].time = 0.6;
         if let Dynamics::Generalised(dynamics) = &mut scene.objects[1].dynamics {
             push(&mut dynamics.law);
         }

@@ -55,7 +55,7 @@ impl GeneralisedDynamics {
     pub fn with_impacts(mut self, until: f64) -> Self {
         if self.law.contact.is_some() {
             let system = lgs_mechanics::System::new(&self.law, lgs_mechanics::Edit::NONE);
-            self.law.events = system.impacts(&self.start, until).unwrap_or_default();
+            self.law.impacts = system.impacts(&self.start, until).unwrap_or_default();
         }
         self
     }

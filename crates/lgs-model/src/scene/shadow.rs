@@ -185,7 +185,7 @@ mod tests {
 
     fn free(scene: &LagrangianScene) -> crate::scene::Dynamics {
         let mut dynamics = scene.objects[0].dynamics.generalised().expect("a law").clone();
-        dynamics.law.events.clear();
+        dynamics.law.impulses.clear();
         crate::scene::Dynamics::Generalised(dynamics)
     }
 

@@ -34,7 +34,7 @@ impl Told {
             let mut told = self.hits.iter().filter(|hit| hit.is_at(own.time, self.within)).peekable();
             told.peek().is_none() || told.any(|hit| own.can_be_one_hit_with(hit))
         };
-        jumps(law, law.impulses()).all(is_told)
+        jumps(law, &law.impulses).all(is_told)
     }
 }
 
@@ -77,7 +77,10 @@ impl<'a> Telling<'a> {
 
     /// What strikes the object at a time, another body or a plane.
     fn at(self, time: f64, within: f64) -> Option<VelocityJump> {
-        let of = |law: &Law| jumps(law, &law.events).find(|jump| jump.is_at(time, within));
+        let of = |law: &Law| {
+            let events: Vec<Impact> = law.events().cloned().collect();
+            jumps(law, &events).find(|jump| jump.is_at(time, within))
+        };
         self.shown.and_then(of).or_else(|| self.own.and_then(of))
     }
 }
@@ -105,7 +108,7 @@ impl Among<'_> {
         let mut hits: Vec<VelocityJump> = others.flat_map(|other| self.told_by(other, own, within)).collect();
         hits.extend(self.own_hits(own));
         hits.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let shown: &[Impact] = self.laws[own].shown.map_or(&[], Law::impulses);
+        let shown: &[Impact] = self.laws[own].shown.map_or(&[], |law| &law.impulses);
         let known: Vec<f64> = shown.iter().map(|event| event.time).chain(body.hits.iter().copied()).collect();
         let is_known = |hit: &VelocityJump| known.iter().any(|time| hit.is_at(*time, within));
         Told { are_known: hits.iter().all(is_known), hits, within }
@@ -123,11 +126,11 @@ impl Among<'_> {
     /// What its own law has strike a body, but no plane, where another one is near: sought in images that do
     /// not show it by themselves.
     fn own_hits(&self, own: usize) -> impl Iterator<Item = VelocityJump> {
-        let is_by_plane = self.laws[own].law().is_some_and(|law| law.contact.is_some());
         let touches_any =
             move |time: f64| (0..self.bodies.len()).any(|other| other != own && self.touch(own, other, time));
-        let jumps = self.jumps[own].iter().filter(move |jump| !is_by_plane && touches_any(jump.time));
-        jumps.map(|jump| VelocityJump { change: None, ..*jump })
+        let impulses = self.laws[own].law().into_iter().flat_map(|law| jumps(law, &law.impulses));
+        let touching = impulses.filter(move |jump| touches_any(jump.time));
+        touching.map(|jump| VelocityJump { change: None, ..jump })
     }
 
     fn touch(&self, own: usize, other: usize, time: f64) -> bool {
@@ -147,8 +150,10 @@ fn single((_, bodies): &(usize, Vec<BodyPoses>)) -> Option<&BodyPoses> {
 /// rest shows.
 fn struck(law: &Law) -> Vec<VelocityJump> {
     let is_other = |contact: &Contact| contact.origin == Origin::Fitted && contact.walls.is_empty();
-    let events: &[Impact] = if law.contact.as_ref().is_none_or(is_other) { &law.events } else { &[] };
-    jumps(law, events).collect()
+    let may_be_another = law.contact.as_ref().is_some_and(is_other);
+    let impacts = law.impacts.iter().filter(|_| may_be_another);
+    let events: Vec<Impact> = impacts.chain(&law.impulses).cloned().collect();
+    jumps(law, &events).collect()
 }
 
 /// Events of a law that are not small beside the largest one.
@@ -202,7 +207,7 @@ mod tests {
 
     fn law_with(time: f64, change: [f64; 3]) -> Law {
         let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.02).expect("a law");
-        Law { events: vec![Impact { time, change: change.to_vec() }], ..law }
+        Law { impulses: vec![Impact { time, change: change.to_vec() }], ..law }
     }
 
     fn shown(law: &Law) -> Telling<'_> {
@@ -218,7 +223,7 @@ mod tests {
     fn a_body_is_hit_when_one_that_it_touches_is_struck() {
         let bodies = [ball(0, 0.0, 1.0), ball(1, 1.0, 0.0), ball(2, 5.0, 0.0)];
         let [first, far] = [law_with(0.4, [1.0, 0.0, 0.0]), law_with(0.2, [1.0, 0.0, 0.0])];
-        let quiet = Law { events: Vec::new(), ..first.clone() };
+        let quiet = Law { impulses: Vec::new(), ..first.clone() };
         let none = Telling::default();
         let hits = told(&bodies, &[shown(&first), shown(&quiet), shown(&far)]);
         assert_eq!(hits, [(vec![0.4], true), (vec![0.4], false), (vec![], true)]);

@@ -279,5 +279,5 @@ impl Offer {
 
 /// Whether others strike a body, by its law.
 fn is_struck(law: &Law) -> bool {
-    !law.impulses().is_empty()
+    !law.impulses.is_empty()
 }
