@@ -34,6 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         pixel_size: dataset.pixel_size(),
         background: dataset.background,
         frames: dataset.split("train"),
+        viewing_distance: dataset.viewing_distance(),
         seed: config.seed,
         device: &DeviceName::Cpu.device(),
     };

@@ -34,7 +34,7 @@ pub(super) enum Motion {
     Simulated { simulation: Arc<Simulation>, body: usize },
     /// Flights between impacts on a floor.
     Bounce(Bounce),
-    /// One of several balls that collide with each other.
+    /// One of several balls that collide with each other, and may bounce off a floor.
     Colliding { collisions: Arc<Collisions>, ball: usize },
     /// A motion that is given by time and follows no law.
     Guided(Box<Guided>),
@@ -86,7 +86,7 @@ impl Motion {
                 *simulation = Arc::new(Simulation::new(simulation.law.edited(edit)));
             }
             Self::Bounce(bounce) => *bounce = bounce.edited(edit),
-            Self::Colliding { collisions, .. } => *collisions = Arc::new(collisions.edited(alpha)),
+            Self::Colliding { collisions, .. } => *collisions = Arc::new(collisions.edited(edit)),
             Self::Guided(_) => return None,
         }
         Some(edited)

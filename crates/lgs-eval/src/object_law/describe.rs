@@ -164,7 +164,7 @@ mod tests {
     fn impulses_by_another_object_are_hits() {
         let impulse = |time: f64| Impact { time, change: vec![1.0, 0.0, 0.0] };
         let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), 0.01).expect("law");
-        let law = Law { events: vec![impulse(0.1), impulse(0.5)], ..law };
+        let law = Law { impulses: vec![impulse(0.1), impulse(0.5)], ..law };
         let body = |mass: f64, hits: Vec<usize>| RoundBody { center: [0.0; 3], radius: 0.2, mass, hits };
         let bodies = vec![body(1.0, vec![0]), body(3.0, vec![1])];
         let contact = MutualContact { bodies, restitution: 0.8, friction: 0.0, deviations: [0.05, 0.0] };

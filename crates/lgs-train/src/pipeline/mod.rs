@@ -212,6 +212,7 @@ impl Pipeline<'_> {
             pixel_size: self.dataset.pixel_size(),
             background: self.dataset.background,
             frames: self.dataset.split("train"),
+            viewing_distance: self.dataset.viewing_distance(),
             seed: self.config.seed,
             device: self.device,
         };

@@ -26,6 +26,7 @@ use super::joined_objects::joined;
 use super::motion_options::MotionOptions;
 use super::observed_motion::{observed_to_move, rises_at_rest};
 use super::recorder::{Recorder, SourceTracks};
+use super::rest_retuned::{doubtful, moving};
 use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
@@ -58,6 +59,8 @@ pub struct InitialSceneRequest<'a> {
     pub background: [f32; 3],
     /// Training frames, which tell what is seen to move; without any, everything that moves counts.
     pub frames: &'a [Frame],
+    /// Distance of the cameras from what they look at, world units.
+    pub viewing_distance: f32,
     /// Seed of the run.
     pub seed: u64,
     /// Where the paper's networks are rolled.
@@ -89,7 +92,7 @@ pub fn initialise_scene(
     };
     let things = source.carried();
     let found = find_objects_beside(things, &trajectories, request.partition)?;
-    let partition = seen_to_move(source, found, request);
+    let partition = seen_to_move((source, &trajectories.times), found, request);
     let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
     let handled = HandledThings::of(source, window, &object);
     let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), observer)?;
@@ -100,7 +103,11 @@ pub fn initialise_scene(
 
 /// The objects that images show to move, those put together that they do not show to move apart; all of them
 /// without images, or where every motion counts as seen.
-fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSceneRequest<'_>) -> Partition {
+fn seen_to_move(
+    (source, times): (&dyn SourceModel, &[f32]),
+    found: Partition,
+    request: &InitialSceneRequest<'_>,
+) -> Partition {
     let frames = ComparedFrames::new(request.frames, request.background);
     let tolerance = f64::from(request.partition.unseen_motion);
     if frames.len() == 0 || tolerance <= 0.0 {
@@ -117,8 +124,16 @@ fn seen_to_move(source: &dyn SourceModel, found: Partition, request: &InitialSce
     if things.iter().any(|&thing| thing > 0) {
         return partition;
     }
-    let rises: Vec<f64> =
-        rises.into_iter().zip(seen).filter_map(|(rise, seen)| seen.then_some(rise)).collect();
+    let of_kept = |rises: Vec<f64>, kept: &[bool]| -> Vec<f64> {
+        rises.into_iter().zip(kept).filter_map(|(rise, kept)| kept.then_some(rise)).collect()
+    };
+    let rises = of_kept(rises, &seen);
+    let in_doubt = doubtful(&rises);
+    if in_doubt.is_empty() {
+        return joined(source, partition, (&frames, &rises), tolerance);
+    }
+    let moving = moving((source, times), &partition, &in_doubt, request);
+    let (partition, rises) = (partition.with_only(&moving), of_kept(rises, &moving));
     joined(source, partition, (&frames, &rises), tolerance)
 }
 
@@ -236,7 +251,7 @@ fn at_rest(cloud: &GaussianCloud, distilled: &SceneDistillation) -> Vec<usize> {
     spatial_order(&means).iter().map(|&i| rows[i as usize]).collect()
 }
 
-fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {
+pub(super) fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {
     cloud.means.extend_from_slice(&more.means);
     cloud.rotations.extend_from_slice(&more.rotations);
     cloud.log_scales.extend_from_slice(&more.log_scales);

@@ -34,6 +34,7 @@ mod opacity_prior;
 mod pose_search;
 mod recorded_bodies;
 mod recorder;
+mod rest_retuned;
 mod spread;
 mod subset;
 mod things;

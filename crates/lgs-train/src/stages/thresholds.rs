@@ -90,6 +90,12 @@ pub(super) const PARTS_OF_FRAMES: usize = 4;
 /// rise of any object, and to move by itself if the motion of another one raises it by at least this fraction
 /// of what its rest does.
 pub(super) const OBSERVED_FRACTION: f64 = 0.1;
+/// Rise of the error of images at rest, over the largest of any object, below which a motion is in doubt: a
+/// source that overfits moves what rests by less than a pixel, or where little shows.
+pub(super) const DOUBTFUL_FRACTION: f64 = 0.1;
+/// Steps by which Gaussians are tuned to images with an object in motion and at rest: colours change by most
+/// of their range in as many.
+pub(super) const RETUNING_STEPS: usize = 400;
 /// Nearest Gaussians of a Gaussian, those that move, among which one of another object tells that the two
 /// objects touch: about as many as surround it on a surface.
 pub(super) const TOUCHING_NEIGHBORS: usize = 8;

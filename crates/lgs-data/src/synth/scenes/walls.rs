@@ -2,7 +2,7 @@
 
 use super::super::body::{Body, Part, Stage};
 use super::super::bounce::{Bounce, Wall};
-use super::super::collisions::Collisions;
+use super::super::collisions::{Balls, Collisions};
 use super::super::draws::Draws;
 use super::super::motion::Motion;
 use super::super::shape::Shape;
@@ -12,7 +12,7 @@ use super::entry::{Entry, ball, floor, framed};
 use glam::{DMat3, DVec3, dvec3};
 use std::sync::Arc;
 
-pub(super) const ENTRIES: [Entry; 3] = [
+pub(super) const ENTRIES: [Entry; 4] = [
     Entry::new(
         "wall",
         "a ball that bounces off a floor and a wall; before t = 0 it is in the flight of t = 0",
@@ -32,6 +32,14 @@ pub(super) const ENTRIES: [Entry; 3] = [
         "three balls on a floor without friction: one hits the second, which hits the third",
         "radius 0.26 to 0.34, speed 1.2 to 1.6, collisions at 0.2 to 0.3 and 0.45 to 0.6, restitution 0.8 on",
         colliding_balls,
+    ),
+    Entry::new(
+        "bouncing-balls",
+        "two balls that hit each other in the air and bounce off a floor; before t = 0 they are in the \
+         flights of t = 0",
+        "radius 0.2 to 0.26, g 2.5 to 4, restitution 0.75 to 0.9, collision at 0.2 to 0.28, impacts of the \
+         first flights at 0.42 to 0.52, speeds 0.5 to 0.8",
+        bouncing_balls,
     ),
 ];
 
@@ -101,19 +109,43 @@ fn colliding_balls(draws: &mut Draws) -> (Stage, Rig) {
         DVec3::ZERO,
         (second - first) * pushed + 2.0 * radius * turned(along, next_miss),
     ];
-    let starts = [velocity, DVec3::ZERO, DVec3::ZERO];
-    let collisions = Arc::new(Collisions::new(places, starts, (radius, restitution), LAST_TIME));
-    let mut ball = |name, ball: usize| {
-        let texture = Texture::new(draws.palette(), draws.within(0.4..0.55));
-        let motion = Motion::Colliding { collisions: Arc::clone(&collisions), ball };
-        Body::of(name, motion, Part::new(Shape::Ellipsoid(DVec3::splat(radius)), DVec3::ZERO, texture))
+    let starts = vec![velocity, DVec3::ZERO, DVec3::ZERO];
+    let balls = Balls { radius, restitution, gravity: 0.0 };
+    let collisions = Collisions::new(balls, places.to_vec(), starts, LAST_TIME);
+    let bodies = colliding(draws, collisions, radius, &["first ball", "second ball", "third ball"]);
+    framed(Stage { bodies, fixed: vec![floor(-radius, 2.4)] })
+}
+
+/// The bodies of balls that collide.
+fn colliding(draws: &mut Draws, collisions: Collisions, radius: f64, names: &[&'static str]) -> Vec<Body> {
+    let collisions = Arc::new(collisions);
+    let body = |(index, &name): (usize, &&'static str)| {
+        Body::of(name, Motion::Colliding { collisions: Arc::clone(&collisions), ball: index }, ball(draws, radius))
     };
-    let bodies = vec![ball("first ball", 0), ball("second ball", 1), ball("third ball", 2)];
-    let thickness = 0.05;
-    let floor = Part::new(
-        Shape::Cuboid(dvec3(2.4, 2.4, thickness)),
-        dvec3(0.0, 0.0, -radius - thickness),
-        Texture::new([0x8a6a4f, 0xb08968, 0x6f5a48], 0.9).with_contrast(0.7),
-    );
-    framed(Stage { bodies, fixed: vec![floor] })
+    names.iter().enumerate().map(body).collect()
+}
+
+/// Each ball is in a flight that leaves the floor before the past begins and would meet it in the window;
+/// the balls touch before they do, a little off the line of their way.
+fn bouncing_balls(draws: &mut Draws) -> (Stage, Rig) {
+    let (radius, gravity) = (draws.within(0.2..0.26), draws.within(2.5..4.0));
+    let (time, direction) = (draws.within(0.2..0.28), draws.horizontal());
+    let mut flight = |toward: DVec3| {
+        let (before, after) = (draws.within(0.8..0.9), draws.within(0.42..0.52));
+        let velocity = draws.within(0.5..0.8) * toward + 0.5 * gravity * (after - before) * DVec3::Z;
+        (0.5 * gravity * before * after, velocity, 0.5 * gravity * (before + time) * (after - time))
+    };
+    let flights = [flight(direction), flight(-direction)];
+    let rise = flights[1].2 - flights[0].2;
+    let miss = DMat3::from_rotation_z(draws.either_sign(0.1..0.4)) * direction;
+    let apart = (4.0 * radius * radius - rise * rise).sqrt() * miss;
+    let place = |(height, velocity, _): (f64, DVec3, f64), at: DVec3| {
+        at - time * DVec3::new(velocity.x, velocity.y, 0.0) + height * DVec3::Z
+    };
+    let places = vec![place(flights[0], -0.5 * apart), place(flights[1], 0.5 * apart)];
+    let starts = flights.iter().map(|(_, velocity, _)| *velocity).collect();
+    let balls = Balls { radius, restitution: draws.within(0.75..0.9), gravity };
+    let collisions = Collisions::new(balls, places, starts, LAST_TIME);
+    let bodies = colliding(draws, collisions, radius, &["first ball", "second ball"]);
+    framed(Stage { bodies, fixed: vec![floor(-radius, 2.4)] })
 }

@@ -1,0 +1,120 @@
+//! Objects that images show as well at rest once Gaussians are tuned to it.
+//!
+//! Where a moment has few images, a source model fits by motion what it has not learnt otherwise: a part of a
+//! floor drifts. Its Gaussians have been learnt with that motion, so that the training images are drawn worse
+//! by these Gaussians at rest, and the motion counts as seen. Gaussians that are tuned to one half of the
+//! images with the motion and without it tell by the other half whether anything moves (method §5.1).
+
+use lgs_data::dataset::Frame;
+use lgs_distill::Partition;
+use lgs_mechanics::bands::Known;
+use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
+use lgs_mechanics::{Law, MechanicsError};
+use lgs_model::source::SourceModel;
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel};
+
+use super::initialise_scene::{InitialSceneRequest, append};
+use super::newton::squared_error_of;
+use super::recorder::SourceTracks;
+use super::thresholds::{DOUBTFUL_FRACTION, RETUNING_STEPS};
+use super::{TrainingData, TuneGaussians, TuneGaussiansConfig};
+use crate::driver::{SceneTrainer, Trainer};
+
+/// Objects whose motion shows little beside that of another one, by how much the images are worse with each
+/// at rest; those that show least first.
+pub(super) fn doubtful(rises: &[f64]) -> Vec<usize> {
+    let most = rises.iter().copied().fold(0.0, f64::max);
+    let mut found: Vec<usize> = (0..rises.len()).filter(|&o| rises[o] < DOUBTFUL_FRACTION * most).collect();
+    found.sort_by(|&a, &b| rises[a].total_cmp(&rises[b]));
+    found
+}
+
+/// For every object whether it moves: those in doubt do if tuned Gaussians draw images that they were not
+/// tuned to worse with the object at rest.
+pub(super) fn moving(
+    (source, times): (&dyn SourceModel, &[f32]),
+    partition: &Partition,
+    doubtful: &[usize],
+    request: &InitialSceneRequest<'_>,
+) -> Vec<bool> {
+    let mut moving = vec![true; partition.objects];
+    let tracks = SourceTracks { source, times };
+    let halves = halves(request.frames);
+    let error = |moving: &[bool]| {
+        let scene = playing(&tracks, &partition.with_only(moving), request).ok()?;
+        Some(error_after_tuning(scene, &halves, request))
+    };
+    let Some(mut least) = error(&moving) else { return moving };
+    for &object in doubtful {
+        let mut without = moving.clone();
+        without[object] = false;
+        let Some(at_rest) = error(&without) else { continue };
+        tracing::debug!(object, moving = least, at_rest, "error of images after tuning, in motion and at rest");
+        if at_rest <= least {
+            (moving, least) = (without, at_rest);
+        }
+    }
+    moving
+}
+
+/// Two halves of the frames, each of which has frames of all times and of all cameras, as far as these have
+/// several.
+fn halves(frames: &[Frame]) -> [Vec<Frame>; 2] {
+    let mut ordered: Vec<&Frame> = frames.iter().collect();
+    ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let (mut halves, mut round, mut before) = ([Vec::new(), Vec::new()], 0, None);
+    for (index, frame) in ordered.into_iter().enumerate() {
+        // The next time begins with the other half.
+        round += usize::from(before.is_some_and(|time| time != frame.time));
+        before = Some(frame.time);
+        halves[(index + round) % 2].push(frame.clone());
+    }
+    halves
+}
+
+/// Squared error of the images of one half after Gaussians have been tuned to the other.
+fn error_after_tuning(
+    scene: LagrangianScene,
+    [seen, others]: &[Vec<Frame>; 2],
+    request: &InitialSceneRequest<'_>,
+) -> f64 {
+    let &InitialSceneRequest { viewing_distance, seed, device, .. } = request;
+    let data = TrainingData { frames: seen, viewing_distance, seed, device };
+    let config =
+        TuneGaussiansConfig { stretch: 1.0, iterations: RETUNING_STEPS, ..TuneGaussiansConfig::default() };
+    let mut trainer = TuneGaussians::new(scene, data, &config);
+    for _ in 0..RETUNING_STEPS {
+        trainer.step();
+    }
+    squared_error_of(&trainer.scene(), &others.iter().collect::<Vec<_>>())
+}
+
+/// The scene in which the objects of a partition play the source's tracks.
+fn playing(
+    tracks: &SourceTracks<'_>,
+    partition: &Partition,
+    request: &InitialSceneRequest<'_>,
+) -> Result<LagrangianScene, MechanicsError> {
+    let cloud = tracks.source.unshaded_at(tracks.times[0]);
+    let at_rest: Vec<usize> = (0..cloud.len()).filter(|&i| partition.object[i] < 0).collect();
+    let dt = tracks.times[1] - tracks.times[0];
+    let motion = MotionConfig { dt, time_window: request.time_window };
+    let mut scene = LagrangianScene::still(cloud.select(&at_rest), motion, request.background);
+    let mut rows = at_rest;
+    for object in 0..partition.objects {
+        let members = partition.members(object);
+        let start = scene.dynamic_gaussians.len();
+        append(&mut scene.dynamic_gaussians, &cloud.select(&members));
+        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), f64::from(dt))?;
+        let start_state = State { x: vec![0.0; 3], v: vec![0.0; 3] };
+        let (bodies, known) = (Bodies::default(), Known::default());
+        let dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start: start_state, known });
+        let members_of_scene = start..scene.dynamic_gaussians.len();
+        let recording = tracks.of(&members);
+        scene.objects.push(ObjectModel { members: members_of_scene, dynamics, recording });
+        rows.extend(members);
+    }
+    scene.velocities = vec![[0.0; 3]; scene.dynamic_gaussians.len()];
+    scene.shading = tracks.source.shading().map(|shading| shading.select(&rows));
+    Ok(scene)
+}
