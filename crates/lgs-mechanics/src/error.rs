@@ -49,14 +49,16 @@ pub enum MechanicsError {
         /// The last time up to which it is determined.
         time: f64,
     },
-    /// A list of events is not in the order of time.
-    #[error("event {index} of a law is at time {time}, not after the one before at {before}")]
+    /// A list of impacts or impulses is not in the order of time.
+    #[error("{kind} {index} of a law is at time {time}, not after the one before at {before}")]
     OutOfOrder {
+        /// `impact` or `impulse`.
+        kind: &'static str,
         /// Place in the list, from 0.
         index: usize,
         /// Its time.
         time: f64,
-        /// Time of the event before it.
+        /// Time of the one before it.
         before: f64,
     },
     /// No candidate could be followed from the track's own start.

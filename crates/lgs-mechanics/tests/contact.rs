@@ -266,7 +266,7 @@ fn planes_and_corners_are_found() {
 }
 
 #[test]
-fn faults_of_contacts_and_events_are_named() {
+fn faults_of_contacts_and_impacts_are_named() {
     let mut good = cube(0.3, 0.2);
     good.impacts = System::new(&good, Edit::NONE).impacts(&thrown_cube(), 1.0).unwrap();
     assert!(good.impacts.len() > 1);
@@ -279,9 +279,9 @@ fn faults_of_contacts_and_events_are_named() {
         serde_json::from_str::<Law>(&text).unwrap_err().to_string()
     };
     let order = fault(&|law| law.impacts.swap(0, 1));
-    assert!(order.starts_with("event 1 of a law is at time"), "{order}");
+    assert!(order.starts_with("impact 1 of a law is at time"), "{order}");
     let size = fault(&|law| law.impacts[0].change.truncate(3));
-    assert_eq!(size, "change of velocity of event 0: 6 values expected, 3 found");
+    assert_eq!(size, "change of velocity of impact 0: 6 values expected, 3 found");
     let elastic = fault(&|law| law.contact.as_mut().unwrap().restitution = 1.5);
     assert!(elastic.starts_with("a value of a contact is -0.5"), "{elastic}");
     let tilted = fault(&|law| law.contact.as_mut().unwrap().plane.normal = [0.0, 1.0, 1.0]);

@@ -40,7 +40,7 @@ fn an_impulse_changes_when_and_where_a_body_bounces() {
     let fall = (2.0_f64 * 0.6 / 4.0).sqrt();
     assert!((impacts(&free)[0].time - fall).abs() < 1e-6, "{:?}", impacts(&free));
     // At the impulse the ball is at 0.7 - 2 t², and rises by 0.4 more.
-    let (height, speed) = (0.6 - 2.0 * 0.253 * 0.253, 0.4 - 4.0 * 0.253);
+    let (height, speed): (f64, f64) = (0.6 - 2.0 * 0.253 * 0.253, 0.4 - 4.0 * 0.253);
     let late = 0.253 + (speed + (speed * speed + 8.0 * height).sqrt()) / 4.0;
     assert!((impacts(&law)[0].time - late).abs() < 1e-6, "{:?}", impacts(&law));
     // With the record of its impacts the way back ends where it began.

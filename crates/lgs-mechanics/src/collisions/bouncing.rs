@@ -56,8 +56,7 @@ impl Bouncing {
     ) -> Self {
         let first = flights.flights[0].1.clone();
         let free = |scale: f64| Unknown { scale, lower: f64::NEG_INFINITY, upper: f64::INFINITY };
-        let mut unknowns: Vec<Unknown> =
-            flights.scales_of_changes(duration).into_iter().map(free).collect();
+        let mut unknowns: Vec<Unknown> = flights.scales_of_changes(duration).into_iter().map(free).collect();
         let start = 2 * first.v.len();
         for (unknown, [lower, upper]) in unknowns[start..].iter_mut().zip(&flights.bounds) {
             (unknown.lower, unknown.upper) = (*lower, *upper);

@@ -27,7 +27,7 @@ pub fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
 }
 
 /// Checks that events of a kind have the size of the coordinates, are finite, and their times ascend.
-pub(crate) fn check_order(kind: &str, events: &[Impact], freedoms: usize) -> Result<(), MechanicsError> {
+pub(crate) fn check_order(kind: &'static str, events: &[Impact], freedoms: usize) -> Result<(), MechanicsError> {
     for (index, event) in events.iter().enumerate() {
         if event.change.len() != freedoms {
             let what = format!("change of velocity of {kind} {index}");
@@ -40,7 +40,7 @@ pub(crate) fn check_order(kind: &str, events: &[Impact], freedoms: usize) -> Res
         }
         let before = index.checked_sub(1).map(|last| events[last].time);
         if let Some(before) = before.filter(|before| *before >= event.time) {
-            return Err(MechanicsError::OutOfOrder { index, time: event.time, before });
+            return Err(MechanicsError::OutOfOrder { kind, index, time: event.time, before });
         }
     }
     Ok(())

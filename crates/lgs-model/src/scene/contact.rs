@@ -194,7 +194,10 @@ mod tests {
             (wrong(&|contact| contact.objects[2] = 5), "object 5"),
             (wrong(&|contact| contact.objects.swap(0, 1)), "ascend"),
             (wrong(&|contact| contact.objects.truncate(2)), "2 objects, 3 bodies"),
-            (wrong(&|contact| contact.contact.bodies[2].hits = vec![0]), "impulse 0 of object 2, which has 0"),
+            (
+                wrong(&|contact| contact.contact.bodies[2].hits = vec![0]),
+                "impulse 0 of object 2, which has 0",
+            ),
             (wrong(&|contact| contact.contact.bodies[1].radius = 0.0), "radius of a body"),
             (wrong(&|contact| contact.contact.restitution = 1.5), "restitution is 1.5"),
         ];

@@ -1,5 +1,8 @@
 //! Recordings of the source's motion, for objects that no law describes.
 
+use glam::DVec3;
+use lgs_core::GaussianCloud;
+use lgs_core::geometry::{narrow, wide};
 use lgs_core::linear::{quat_mul, quat_normalize};
 use lgs_distill::{CoordinatesKind, DistillConfig, Distilled, PartLaw, PartLaws, Trajectories};
 use lgs_mechanics::coordinates::Bodies;
@@ -64,6 +67,19 @@ impl SourceTracks<'_> {
             rows.iter().map(turn).collect()
         };
         Recording::new(self.times.to_vec(), positions, self.times.iter().map(since_start).collect())
+    }
+
+    /// Puts some Gaussians where they are on average over time, in the shape that they have in the middle of it.
+    pub(super) fn bring_to_rest(&self, cloud: &mut GaussianCloud, rows: &[usize]) {
+        let middle = self.source.unshaded_at(self.times[self.times.len() / 2]);
+        let positions: Vec<Vec<[f32; 3]>> =
+            self.times.iter().map(|&time| self.source.positions_at(time)).collect();
+        for &row in rows {
+            let sum: DVec3 = positions.iter().map(|all| wide(all[row])).sum();
+            cloud.means[row] = narrow(sum / self.times.len() as f64);
+            cloud.rotations[row] = middle.rotations[row];
+            cloud.log_scales[row] = middle.log_scales[row];
+        }
     }
 
     /// The motion of some Gaussians.

@@ -41,7 +41,7 @@ pub(super) fn moving(
     let tracks = SourceTracks { source, times };
     let halves = halves(request.frames);
     let error = |moving: &[bool]| {
-        let scene = playing(&tracks, &partition.with_only(moving), request).ok()?;
+        let scene = playing(&tracks, partition, moving, request).ok()?;
         Some(error_after_tuning(scene, &halves, request))
     };
     let Some(mut least) = error(&moving) else { return moving };
@@ -49,7 +49,12 @@ pub(super) fn moving(
         let mut without = moving.clone();
         without[object] = false;
         let Some(at_rest) = error(&without) else { continue };
-        tracing::debug!(object, moving = least, at_rest, "error of images after tuning, in motion and at rest");
+        tracing::debug!(
+            object,
+            moving = least,
+            at_rest,
+            "error of images after tuning, in motion and at rest"
+        );
         if at_rest <= least {
             (moving, least) = (without, at_rest);
         }
@@ -89,13 +94,19 @@ fn error_after_tuning(
     squared_error_of(&trainer.scene(), &others.iter().collect::<Vec<_>>())
 }
 
-/// The scene in which the objects of a partition play the source's tracks.
+/// The scene in which some objects of a partition play the source's tracks, and others are at rest.
 fn playing(
     tracks: &SourceTracks<'_>,
     partition: &Partition,
+    moving: &[bool],
     request: &InitialSceneRequest<'_>,
 ) -> Result<LagrangianScene, MechanicsError> {
-    let cloud = tracks.source.unshaded_at(tracks.times[0]);
+    let mut cloud = tracks.source.unshaded_at(tracks.times[0]);
+    let left: Vec<usize> = (0..cloud.len())
+        .filter(|&i| usize::try_from(partition.object[i]).is_ok_and(|object| !moving[object]))
+        .collect();
+    tracks.bring_to_rest(&mut cloud, &left);
+    let partition = &partition.with_only(moving);
     let at_rest: Vec<usize> = (0..cloud.len()).filter(|&i| partition.object[i] < 0).collect();
     let dt = tracks.times[1] - tracks.times[0];
     let motion = MotionConfig { dt, time_window: request.time_window };

@@ -120,7 +120,11 @@ fn colliding_balls(draws: &mut Draws) -> (Stage, Rig) {
 fn colliding(draws: &mut Draws, collisions: Collisions, radius: f64, names: &[&'static str]) -> Vec<Body> {
     let collisions = Arc::new(collisions);
     let body = |(index, &name): (usize, &&'static str)| {
-        Body::of(name, Motion::Colliding { collisions: Arc::clone(&collisions), ball: index }, ball(draws, radius))
+        Body::of(
+            name,
+            Motion::Colliding { collisions: Arc::clone(&collisions), ball: index },
+            ball(draws, radius),
+        )
     };
     names.iter().enumerate().map(body).collect()
 }
