@@ -190,6 +190,9 @@ pub(crate) const NO_IMPACT: f64 = 0.01;
 /// Change of velocity at an impact over the largest one of the track: with a restitution of 0.6, three
 /// impacts in a row are above it.
 pub(crate) const LEAST_OF_LARGEST: f64 = 0.25;
+/// The same where the track is sought for what strikes a body between impacts on planes: as little as a hit
+/// may be beside a bounce, a wiggle of a source beside one is smaller.
+pub(crate) const LEAST_OF_BOUNCE: f64 = 0.05;
 /// Median length of a vector of three normal numbers.
 pub(crate) const MEDIAN_OF_THREE: f64 = 1.538;
 /// Directions in which the farthest point is sought.

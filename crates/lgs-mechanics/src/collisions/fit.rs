@@ -21,7 +21,9 @@ use crate::explain::check_track;
 use crate::law::Law;
 use crate::system::System;
 use crate::terms::Term;
-use crate::thresholds::{AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, HOPELESS, NEAR_PLANE};
+use crate::thresholds::{
+    AS_NEAR, DEEPEST, EXACT, FEWEST_TIMES, FILLED, HOPELESS, LEAST_OF_BOUNCE, LEAST_OF_LARGEST, NEAR_PLANE,
+};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -62,18 +64,23 @@ pub fn fit(
 /// rest. `None` where there is no impact or no law.
 #[must_use]
 pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
-    let sets = nested_impacts(seen.times, &seen.centers());
+    let sets = nested_impacts(seen.times, &seen.centers(), LEAST_OF_LARGEST);
     // A contact explains no motion whose flights no law describes.
     let laws = FlightLaws::new(body, seen, DESCRIBED);
-    let all_sets = [sets.clone(), with_hits(&sets, &body.hits, seen.times)];
-    let all = body.grounds.iter().flat_map(|ground| all_sets.iter().map(move |sets| (ground, sets)));
-    let met = all.filter_map(|(ground, sets)| on_ground((body, seen), &laws, ground, sets));
+    let on_grounds = |sets: &[Vec<Impact>]| {
+        likeliest(body.grounds.iter().filter_map(|ground| on_ground((body, seen), &laws, ground, sets)))
+    };
+    let with_hits = with_hits(&sets, &body.hits, seen.times);
+    let mut met: Vec<Bounced> = [on_grounds(&sets), on_grounds(&with_hits)].into_iter().flatten().collect();
+    if !met.is_empty() && !met.iter().any(Bounced::is_within_noise) {
+        met.extend(on_grounds(&nested_impacts(seen.times, &seen.centers(), LEAST_OF_BOUNCE)));
+    }
     let untouched = vec![false; seen.times.len()];
     let through_set = |impacts: &Vec<Impact>| {
         let flights = flights(seen.times, impacts, &untouched);
         let planes = |law: &FlightLaw| {
             let fitted = fitted_planes(body, seen, law, &flights, impacts);
-            and_others((body, seen), law, (&flights, impacts), fitted)
+            and_walls((body, seen), law, (&flights, impacts), fitted)
         };
         through((body, seen), &laws, flights.clone(), &planes)
     };
@@ -84,7 +91,7 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         found.law.contact.as_ref().is_none_or(|contact| !contact.planes().zip(&found.about).any(against))
     };
     let told = first_peak(sets[1..].iter().filter_map(through_set).filter(is_possible));
-    let contact = likeliest(met.chain(told));
+    let contact = likeliest(met.into_iter().chain(told));
     // A term may follow what flights with starts of their own leave, and be none once they are one motion.
     let free = body.moving_freely();
     let laws = [&laws, &FlightLaws::new(&free, seen, DESCRIBED)];
@@ -151,14 +158,14 @@ fn on_ground(
     let stays_free = |flights: &[Range<usize>]| flights.len() == 1 && flights[0].len() == seen.times.len();
     parts.retain(|(flights, _)| !stays_free(flights));
     let through_part = |(flights, impacts): (Vec<Range<usize>>, &Vec<Impact>)| {
-        let planes = |law: &FlightLaw| and_others((body, seen), law, (&flights, impacts), vec![own.clone()]);
+        let planes = |law: &FlightLaw| and_impulses((body, seen), law, (&flights, impacts), vec![own.clone()]);
         through((body, seen), laws, flights.clone(), &planes)
     };
     first_peak(parts.into_iter().filter_map(through_part))
 }
 
-/// Hypotheses, those among them with walls, and of all these those with impulses by something else.
-fn and_others(
+/// Hypotheses, and those among them with walls.
+fn and_walls(
     of: (&Body, &Observed),
     law: &FlightLaw,
     given: (&[Range<usize>], &[Impact]),
@@ -166,6 +173,17 @@ fn and_others(
 ) -> Vec<Hypothesis> {
     let walled: Vec<_> = hypotheses.iter().filter_map(|own| with_walls(of, law, given, own)).collect();
     hypotheses.extend(walled);
+    hypotheses
+}
+
+/// Hypotheses, those among them with walls, and of all these those with impulses by something else.
+fn and_impulses(
+    of: (&Body, &Observed),
+    law: &FlightLaw,
+    given: (&[Range<usize>], &[Impact]),
+    hypotheses: Vec<Hypothesis>,
+) -> Vec<Hypothesis> {
+    let mut hypotheses = and_walls(of, law, given, hypotheses);
     let struck: Vec<_> = hypotheses.iter().filter_map(|own| with_impulses(of, law, given, own)).collect();
     hypotheses.extend(struck);
     hypotheses

@@ -62,12 +62,17 @@ struct Jump {
 /// those through few.
 #[must_use]
 pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
+    impacts_above(times, centers, LEAST_OF_LARGEST)
+}
+
+/// The same of changes of velocity that are at least a part of the largest one.
+pub(crate) fn impacts_above(times: &[f64], centers: &[[f64; 3]], least_of_largest: f64) -> Vec<Impact> {
     let count = times.len().min(centers.len());
     let longest = count / SIDES_OF_WINDOW;
     let sides = std::iter::successors(Some(IMPACT_SIDE), |side| Some(2 * side).filter(|s| *s <= longest));
     let mut found: Vec<Jump> = Vec::new();
     for side in sides {
-        for jump in jumps((times, centers), count, side) {
+        for jump in jumps((times, centers), (count, side), least_of_largest) {
             if found.iter().all(|other| other.before.abs_diff(jump.before) >= side) {
                 found.push(jump);
             }
@@ -78,7 +83,11 @@ pub fn impacts(times: &[f64], centers: &[[f64; 3]]) -> Vec<Impact> {
 }
 
 /// Jumps between sides of so many samples that stand out, the clearest first.
-fn jumps((times, centers): (&[f64], &[[f64; 3]]), count: usize, side: usize) -> Vec<Jump> {
+fn jumps(
+    (times, centers): (&[f64], &[[f64; 3]]),
+    (count, side): (usize, usize),
+    least_of_largest: f64,
+) -> Vec<Jump> {
     let fewest = FEWEST_OF_SIDE * side / IMPACT_SIDE;
     let last = count.saturating_sub(fewest);
     let mut jumps: Vec<Jump> =
@@ -90,7 +99,7 @@ fn jumps((times, centers): (&[f64], &[[f64; 3]]), count: usize, side: usize) -> 
     let least = IMPACT_JUMP * median / MEDIAN_OF_THREE;
     // What a source wiggles by is small against what it shows of a true impact.
     let largest = jumps.iter().map(|jump| jump.change.length()).fold(0.0, f64::max);
-    jumps.retain(|jump| jump.size > least && jump.change.length() >= LEAST_OF_LARGEST * largest);
+    jumps.retain(|jump| jump.size > least && jump.change.length() >= least_of_largest * largest);
     jumps.sort_by(|a, b| b.size.total_cmp(&a.size));
     jumps
 }

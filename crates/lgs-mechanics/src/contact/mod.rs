@@ -14,6 +14,7 @@ mod plane;
 mod points;
 mod surfaces;
 
+pub(crate) use impact::impacts_above;
 pub use impact::{Impact, impacts, noticeable, pieces};
 pub use observed::{Ground, planes};
 pub use plane::Plane;
