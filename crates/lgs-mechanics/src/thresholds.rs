@@ -245,6 +245,9 @@ pub(crate) const CONTACT_ITERATIONS: usize = 12;
 /// Error of a contact after its first impact over that of impulses up to which it comes before them: less is
 /// no difference in kind.
 pub(crate) const AS_NEAR: f64 = 2.0;
+/// Factor by which the noise that two divisions of a track into flights leave differs if both are right: its
+/// estimates from a dozen samples do.
+pub(crate) const SAME_NOISE: f64 = 2.0;
 /// Time between the impulses of two bodies up to which they may be one hit, in intervals between samples: an
 /// impulse is found between the samples before and after it, and tracks smear it over one more.
 pub(crate) const SAME_HIT: f64 = 2.0;

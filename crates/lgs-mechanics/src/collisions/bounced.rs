@@ -10,7 +10,7 @@ use crate::error::MechanicsError;
 use crate::fit::Fitted;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_TIMES, KNOWN_OF_HIT, NEAR_PLANE};
+use crate::thresholds::{COMPARED_TIMES, KNOWN_OF_HIT, NEAR_PLANE, SAME_NOISE};
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -135,6 +135,24 @@ impl Bounced {
         self.samples.evidence(&self.law.coordinates, predicted, unknowns)
     }
 
+    /// Whether it is likelier than another motion through the same samples. What an impact leaves of flights
+    /// that do not end at it looks like noise: where one of two motions leaves far less, its noise judges both.
+    pub(super) fn is_likelier_than(&self, other: &Self) -> bool {
+        let by = |judge: &Self, of: &Self| judge.evidence_of(&of.predicted, of.unknowns);
+        if self.is_sharper_than(other) {
+            by(self, self) < by(self, other)
+        } else if other.is_sharper_than(self) {
+            by(other, self) < by(other, other)
+        } else {
+            self.evidence() < other.evidence()
+        }
+    }
+
+    /// Whether its flights leave far less noise than those of another motion.
+    pub(super) fn is_sharper_than(&self, other: &Self) -> bool {
+        self.samples.sharpness() > other.samples.sharpness() + SAME_NOISE.ln()
+    }
+
     /// Distance of two states, world units: root mean square over the points of the body.
     #[must_use]
     pub fn distance(&self, a: &State, b: &State) -> f64 {
@@ -179,7 +197,7 @@ impl Bounced {
 
 /// The motion with the best evidence.
 pub(super) fn likeliest(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
-    found.min_by(|a, b| a.evidence().total_cmp(&b.evidence()))
+    found.reduce(|best, next| if next.is_likelier_than(&best) { next } else { best })
 }
 
 /// Standard deviations of the tilts and of the shift of a plane at rest that a body has not met.

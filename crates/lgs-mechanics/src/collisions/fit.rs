@@ -71,10 +71,15 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         likeliest(body.grounds.iter().filter_map(|ground| on_ground((body, seen), &laws, ground, sets)))
     };
     let with_hits = with_hits(&sets, &body.hits, seen.times);
-    let mut met: Vec<Bounced> = [on_grounds(&sets), on_grounds(&with_hits)].into_iter().flatten().collect();
-    if !met.is_empty() && !met.iter().any(Bounced::is_within_noise) {
-        met.extend(on_grounds(&nested_impacts(seen.times, &seen.centers(), LEAST_OF_BOUNCE)));
-    }
+    let met = likeliest([on_grounds(&sets), on_grounds(&with_hits)].into_iter().flatten());
+    let all = nested_impacts(seen.times, &seen.centers(), LEAST_OF_BOUNCE);
+    let met = met.map(|met| {
+        let fainter = if all.len() > sets.len() { on_grounds(&all) } else { None };
+        let shows = |found: &Bounced| {
+            found.is_likelier_than(&met) && (!met.is_within_noise() || found.is_sharper_than(&met))
+        };
+        fainter.filter(shows).unwrap_or(met)
+    });
     let untouched = vec![false; seen.times.len()];
     let through_set = |impacts: &Vec<Impact>| {
         let flights = flights(seen.times, impacts, &untouched);
@@ -126,7 +131,7 @@ fn before_impulses(contact: Option<Bounced>, struck: Option<Bounced>) -> Option<
 fn first_peak(found: impl Iterator<Item = Bounced>) -> Option<Bounced> {
     let mut best: Option<Bounced> = None;
     for next in found {
-        if best.as_ref().is_some_and(|best| next.evidence() >= best.evidence()) {
+        if best.as_ref().is_some_and(|best| !next.is_likelier_than(best)) {
             break;
         }
         best = Some(next);

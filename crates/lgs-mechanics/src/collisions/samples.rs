@@ -61,6 +61,13 @@ impl Samples {
         })
     }
 
+    /// Mean logarithm of the weights of the samples that count: how well a place is known by one.
+    pub(super) fn sharpness(&self) -> f64 {
+        let kept = self.weights.iter().flatten().filter(|weight| **weight > 0.0);
+        let (sum, count) = kept.fold((0.0, 0.0), |(sum, count), weight| (sum + weight.ln(), count + 1.0));
+        sum / f64::max(count, 1.0)
+    }
+
     fn later(&self) -> Range<usize> {
         self.free..self.x.len()
     }
