@@ -190,9 +190,6 @@ pub(crate) const NO_IMPACT: f64 = 0.01;
 /// Change of velocity at an impact over the largest one of the track: with a restitution of 0.6, three
 /// impacts in a row are above it.
 pub(crate) const LEAST_OF_LARGEST: f64 = 0.25;
-/// The same where the track is sought for what strikes a body between impacts on planes: as little as a hit
-/// may be beside a bounce, a wiggle of a source beside one is smaller.
-pub(crate) const LEAST_OF_BOUNCE: f64 = 0.05;
 /// Median length of a vector of three normal numbers.
 pub(crate) const MEDIAN_OF_THREE: f64 = 1.538;
 /// Directions in which the farthest point is sought.
@@ -219,64 +216,13 @@ pub(crate) const HALVINGS: usize = 40;
 pub(crate) const TOUCHING: f64 = 1e-6;
 /// Part of a depth below the plane that a resting contact gives back in each part of a step.
 pub(crate) const LIFT: f64 = 0.1;
-/// Height over the extent of a body at which an observed pose counts as touching: no better are plane and
-/// shape known.
-pub(crate) const NEAR_PLANE: f64 = 0.01;
-/// Steps from one sample to the next, at most, of motions through impacts: what is faster, samples do not
-/// show.
-pub(crate) const MOST_STEPS_OF_SAMPLE: f64 = 8.0;
-/// Steps of motions through impacts in search of a body's contact, and parts of steps that are followed near
-/// the plane: some twenty fits, each of up to a thousand motions, through tracks of a hundred samples. What
-/// lies on a plane takes up to eighty parts for a step.
-pub(crate) const MOST_CONTACT_STEPS: f64 = 6e6;
-/// Mean distance from the samples after the free flight, over the extent of the body, that the best of some
-/// restitutions and frictions may leave: beyond its own width the body is elsewhere.
-pub(crate) const HOPELESS: f64 = 2.0;
-/// Values of restitution that are tried first.
-pub(crate) const RESTITUTIONS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
-/// Values of friction that are tried first.
-pub(crate) const FRICTIONS: [f64; 10] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1];
-/// Deviation of restitution and friction where the track does not tell them: both lie between 0 and about 1.
-pub(crate) const CONTACT_SPREAD: f64 = 0.5;
-/// Fits of all unknowns, each weighing the later samples by the error that the one before has left.
-pub(crate) const CONTACT_PASSES: usize = 3;
-/// Linearisations of the fit of all unknowns together.
-pub(crate) const CONTACT_ITERATIONS: usize = 12;
-/// Error of a contact after its first impact over that of impulses up to which it comes before them: less is
-/// no difference in kind.
-pub(crate) const AS_NEAR: f64 = 2.0;
-/// Factor by which the noise that two divisions of a track into flights leave differs if both are right: its
-/// estimates from a dozen samples do.
-pub(crate) const SAME_NOISE: f64 = 2.0;
 /// Time between the impulses of two bodies up to which they may be one hit, in intervals between samples: an
 /// impulse is found between the samples before and after it, and tracks smear it over one more.
 pub(crate) const SAME_HIT: f64 = 2.0;
-/// Unknowns of a hit that the body which is hit as well tells of: its time, and two of three for its change.
-pub(crate) const KNOWN_OF_HIT: usize = 3;
-/// Turns of finding where two flights meet, which their speeds at one time tell of another.
-pub(crate) const MEETINGS: usize = 4;
-/// Samples at each side of an impact that a source may smear: beyond, a short flight has too few left.
-pub(crate) const MOST_BLURRED: usize = 6;
-/// Second moments of a filled body over those of its surface: exact for every body whose faces (or surface)
-/// are equally far from its centre, since a cone's are 3/5 of those of its base.
-pub(crate) const FILLED: f64 = 0.6;
 /// Standard deviation of what is given exactly, in radians and extents of the body: far below any noise.
 pub(crate) const EXACT: f64 = 1e-6;
-/// Standard deviation of the tilt of a plane against the change of velocity at one impact, radians: that of a
-/// friction of about a half.
-pub(crate) const WIDEST_TILT: f64 = 0.5;
-/// Speed after an impact over that of the approach, both along the normal, above which no plane at rest is
-/// the cause: 1 is a perfect bounce, and the rest what flights may be wrong by.
-pub(crate) const FASTEST: f64 = 1.25;
-/// Deviations of its tilt within which a plane at rest is the one that an impact tells of.
-pub(crate) const AGREED: f64 = 3.0;
 /// Share of a body's particles that belong to it: of the others, those may float apart.
 pub(crate) const MOSTLY: f64 = 0.95;
-/// Depth below a plane at rest, and height of the lowest sample over it, in extents of the body, beyond which
-/// the body does not collide with it: it passes through it, or turns back before it.
-pub(crate) const DEEPEST: f64 = 0.15;
-/// Part of a typical size of a parameter by which it changes in a fit.
-pub(crate) const OF_SCALE: f64 = 0.01;
 /// Spread of the distances of a body's particles from their middle, or of its reach over all directions,
 /// relative, up to which it is a sphere: points of a sphere 15° apart leave 1 % of the reach, corners of an
 /// icosahedron 6 %, points of a cube's surface 13 % of the distance.

@@ -1,6 +1,7 @@
 //! A law with its contact or the impulses that it receives, and how far it is known.
 
 use super::samples::Samples;
+use super::thresholds::{KNOWN_OF_HIT, NEAR_PLANE, SAME_NOISE};
 use crate::bands::Verdict;
 use crate::choose::DESCRIBED;
 use crate::contact::{Contact, Ground};
@@ -10,7 +11,7 @@ use crate::error::MechanicsError;
 use crate::fit::Fitted;
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{COMPARED_TIMES, KNOWN_OF_HIT, NEAR_PLANE, SAME_NOISE};
+use crate::thresholds::COMPARED_TIMES;
 use nalgebra::DMatrix;
 use std::ops::Range;
 

@@ -5,15 +5,14 @@ use super::effort::Effort;
 use super::freedom::{Freedom, OF_MATERIAL, OF_PLANE, with_planes_changed};
 use super::laws::FlightLaw;
 use super::samples::{Later, Samples};
+use super::thresholds::{CONTACT_ITERATIONS, CONTACT_PASSES, CONTACT_SPREAD, FRICTIONS, RESTITUTIONS};
 use crate::contact::{Impact, noticeable};
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::fit::{Minimum, Problem, Settings, Unknown, covariance_of, minimise};
 use crate::law::Law;
 use crate::system::System;
-use crate::thresholds::{
-    CONTACT_ITERATIONS, CONTACT_PASSES, CONTACT_SPREAD, FRICTIONS, IMPACT_JUMP, MOST_FRICTION, RESTITUTIONS,
-};
+use crate::thresholds::{IMPACT_JUMP, MOST_FRICTION};
 use nalgebra::{DMatrix, DVector};
 
 /// A motion through impacts and impulses as a problem of least squares. Unknowns are the change of the start

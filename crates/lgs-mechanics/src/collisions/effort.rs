@@ -1,6 +1,6 @@
 //! How long a contact is sought.
 
-use crate::thresholds::MOST_CONTACT_STEPS;
+use super::thresholds::MOST_CONTACT_STEPS;
 use std::cell::Cell;
 use std::rc::Rc;
 

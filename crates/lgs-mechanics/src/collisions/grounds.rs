@@ -2,8 +2,8 @@
 
 use super::body::{Body, Observed};
 use super::freedom::Freedom;
+use super::thresholds::{AGREED, DEEPEST, NEAR_PLANE, WIDEST_TILT};
 use crate::contact::{Contact, Ground, Plane};
-use crate::thresholds::{AGREED, DEEPEST, NEAR_PLANE, WIDEST_TILT};
 use glam::DVec3;
 
 /// Whether a plane at a place is one at rest, as far as its points tell.

@@ -3,6 +3,7 @@
 use super::body::{Body, Observed};
 use super::effort::Effort;
 use super::flights::trimmed;
+use super::thresholds::{MOST_BLURRED, MOST_STEPS_OF_SAMPLE, OF_SCALE};
 use crate::candidate::Candidate;
 use crate::choose::{PARSIMONY, simplicity};
 use crate::coordinates::{Coordinates, Port, State};
@@ -11,7 +12,7 @@ use crate::fit::{Shared, Track, first_values, interval, shoot_each};
 use crate::law::Law;
 use crate::noise::Noise;
 use crate::terms::{Scales, Term};
-use crate::thresholds::{FEWEST_TIMES, GOOD, MOST_BLURRED, MOST_STEPS_OF_SAMPLE, OF_SCALE, SHOTS};
+use crate::thresholds::{FEWEST_TIMES, GOOD, SHOTS};
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;

@@ -2,11 +2,11 @@
 
 use super::body::Observed;
 use super::laws::FlightLaw;
+use super::thresholds::MEETINGS;
 use crate::contact::Impact;
 use crate::coordinates::State;
 use crate::edit::Edit;
 use crate::system::System;
-use crate::thresholds::MEETINGS;
 use glam::DVec3;
 use std::ops::Range;
 

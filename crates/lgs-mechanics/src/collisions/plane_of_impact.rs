@@ -4,8 +4,9 @@ use super::body::{Body, Observed};
 use super::freedom::{Freedom, Hypothesis};
 use super::laws::FlightLaw;
 use super::meeting::{Met, meeting};
+use super::thresholds::{FASTEST, WIDEST_TILT};
 use crate::contact::{Contact, Impact, Origin, Plane};
-use crate::thresholds::{EXACT, FASTEST, WIDEST_TILT};
+use crate::thresholds::EXACT;
 use glam::DVec3;
 use std::ops::Range;
 

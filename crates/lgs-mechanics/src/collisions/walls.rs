@@ -6,8 +6,9 @@ use super::grounds::freedom_of;
 use super::laws::FlightLaw;
 use super::meeting::{Met, meeting};
 use super::plane_of_impact::{freedom_at, plane_below, stops};
+use super::thresholds::DEEPEST;
 use crate::contact::{Contact, Ground, Impact, Plane};
-use crate::thresholds::{DEEPEST, MOST_FRICTION};
+use crate::thresholds::MOST_FRICTION;
 use glam::DVec3;
 use std::ops::Range;
 

@@ -27,7 +27,11 @@ pub fn noticeable(events: &[Impact]) -> impl Iterator<Item = &Impact> {
 }
 
 /// Checks that events of a kind have the size of the coordinates, are finite, and their times ascend.
-pub(crate) fn check_order(kind: &'static str, events: &[Impact], freedoms: usize) -> Result<(), MechanicsError> {
+pub(crate) fn check_order(
+    kind: &'static str,
+    events: &[Impact],
+    freedoms: usize,
+) -> Result<(), MechanicsError> {
     for (index, event) in events.iter().enumerate() {
         if event.change.len() != freedoms {
             let what = format!("change of velocity of {kind} {index}");
