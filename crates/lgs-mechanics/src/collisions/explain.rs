@@ -36,10 +36,7 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
         |laws| first_peak(sets[1..].iter().filter_map(|set| through_impulses(seen, laws, set)));
     let struck = likeliest(laws.into_iter().filter_map(through_sets));
     let hit = likeliest(laws.into_iter().filter_map(|laws| through_hits(seen, laws, &body.hits)));
-    let mut found = match hit {
-        Some(hit) => likeliest([Some(hit), contact, struck].into_iter().flatten())?,
-        None => before_impulses(contact, struck)?,
-    };
+    let mut found = likeliest([hit, before_impulses(contact, struck)].into_iter().flatten())?;
     let about = found.about.first().map_or(DVec3::ZERO, |&about| about.into());
     let is_seen = |plane: &Plane| body.grounds.iter().any(|ground| agree(plane, ground, (about, body)));
     if let Some(contact) = found.law.contact.as_mut().filter(|contact| is_seen(&contact.plane)) {

@@ -67,12 +67,12 @@ pub(super) fn moving(
 fn halves(frames: &[Frame]) -> [Vec<Frame>; 2] {
     let mut ordered: Vec<&Frame> = frames.iter().collect();
     ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let (mut halves, mut round, mut before) = ([Vec::new(), Vec::new()], 0, None);
-    for (index, frame) in ordered.into_iter().enumerate() {
-        // The next time begins with the other half.
-        round += usize::from(before.is_some_and(|time| time != frame.time));
-        before = Some(frame.time);
-        halves[(index + round) % 2].push(frame.clone());
+    let mut halves = [Vec::new(), Vec::new()];
+    for (number, of_time) in ordered.chunk_by(|a, b| a.time == b.time).enumerate() {
+        // Every other time begins with the other half.
+        for (index, frame) in of_time.iter().enumerate() {
+            halves[(number + index) % 2].push(Frame::clone(frame));
+        }
     }
     halves
 }
@@ -128,4 +128,41 @@ fn playing(
     scene.velocities = vec![[0.0; 3]; scene.dynamic_gaussians.len()];
     scene.shading = tracks.source.shading().map(|shading| shading.select(&rows));
     Ok(scene)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lgs_core::{Camera, Exposure};
+
+    fn frame(time: f32, camera_id: usize) -> Frame {
+        Frame {
+            name: String::new(),
+            camera_id,
+            camera: Camera::look_at([0.0, -1.0, 0.0], [0.0; 3], 0.5, 1, 1),
+            time,
+            exposure: Exposure::IDENTITY,
+            pixels: vec![0; 4].into(),
+        }
+    }
+
+    #[test]
+    fn motions_that_show_little_beside_another_one_are_in_doubt() {
+        assert_eq!(doubtful(&[60.0, 1.3, 7.0, 1.1]), [3, 1]);
+        assert!(doubtful(&[0.2]).is_empty() && doubtful(&[]).is_empty(), "what shows most moves");
+    }
+
+    #[test]
+    fn both_halves_have_all_times_and_all_cameras() {
+        let frames: Vec<Frame> = (0..8).map(|k| frame((k / 4) as f32, k % 4)).collect();
+        let [first, second] = halves(&frames);
+        for half in [&first, &second] {
+            let mut cameras: Vec<usize> = half.iter().map(|frame| frame.camera_id).collect();
+            cameras.sort_unstable();
+            assert_eq!(cameras, [0, 1, 2, 3], "each once");
+            assert_eq!(half.iter().filter(|frame| frame.time == 0.0).count(), 2);
+        }
+        let one_each: Vec<Frame> = (0..6).map(|k| frame(k as f32, k)).collect();
+        assert_eq!(halves(&one_each).map(|half| half.len()), [3, 3], "one image of each time");
+    }
 }
