@@ -57,8 +57,8 @@ fn interval(scene: &LagrangianScene, frames: &[Frame]) -> f64 {
     f64::from((scene.motion.time_window / steps as f32).max(scene.motion.dt))
 }
 
-/// The law of a single body with the impulses that it gets in a window. A plane that nothing at rest shows may
-/// be another body: its impacts are impulses then.
+/// The law of a single body with the impulses that it gets in a window. A plane that nothing at rest shows
+/// may be another body: its impacts are impulses then.
 fn law_by_impulses<'a>((law, start): (&'a Law, &State), window: f64) -> Option<Cow<'a, Law>> {
     match &law.contact {
         _ if law.coordinates.bodies() != 1 => None,

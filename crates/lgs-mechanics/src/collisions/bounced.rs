@@ -137,7 +137,8 @@ impl Bounced {
     }
 
     /// Whether it is likelier than another motion through the same samples. What an impact leaves of flights
-    /// that do not end at it looks like noise: where one of two motions leaves far less, its noise judges both.
+    /// that do not end at it looks like noise: where one of two motions leaves far less, both are judged by
+    /// its noise.
     pub(super) fn is_likelier_than(&self, other: &Self) -> bool {
         let by = |judge: &Self, of: &Self| judge.evidence_of(&of.predicted, of.unknowns);
         if self.is_sharper_than(other) {

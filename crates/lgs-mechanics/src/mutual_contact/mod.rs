@@ -1,8 +1,9 @@
 //! Contact between bodies: round ones that hit each other (method §5.9).
 //!
-//! Between hits each body moves by its own law, in whatever coordinates this has and off its own planes. Two bodies hit where the
-//! spheres of their surfaces touch. The impulses of a hit are equal and opposite: along the line of the
-//! centres by the restitution, across it by Coulomb's friction; the masses of the bodies share them.
+//! Between hits each body moves by its own law, in whatever coordinates this has, and bounces off its own
+//! planes. Two bodies hit where the spheres of their surfaces touch. The impulses of a hit are equal and
+//! opposite: along the line of the centres by the restitution, across it by Coulomb's friction; the masses of
+//! the bodies share them.
 
 mod fit;
 mod hit;

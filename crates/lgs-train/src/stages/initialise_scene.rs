@@ -80,7 +80,7 @@ pub fn initialise_scene(
     let times = sampled_times(source, request.time_window, request.motion.dt);
     let dt = times[1] - times[0];
     let positions = times.iter().map(|&t| source.positions_at(t)).collect();
-    let cloud = source.unshaded_at(0.0);
+    let mut cloud = source.unshaded_at(0.0);
     let weights: Vec<f32> = (0..cloud.len()).map(|i| cloud.opacity(i)).collect();
     let trajectories = Trajectories { times, positions, weights: Some(weights) };
     let rigid_constraint = request.distill.rigid_constraint && request.motion.alignment;
@@ -92,11 +92,15 @@ pub fn initialise_scene(
     };
     let things = source.carried();
     let found = find_objects_beside(things, &trajectories, request.partition)?;
+    let moves = found.object.clone();
     let partition = seen_to_move((source, &trajectories.times), found, request);
     let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
     let handled = HandledThings::of(source, window, &object);
     let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), observer)?;
     let tracks = SourceTracks { source, times: &trajectories.times };
+    let is_left = |i: &usize| moves[*i] >= 0 && distilled.partition.object[*i] < 0;
+    let left: Vec<usize> = (0..cloud.len()).filter(is_left).collect();
+    tracks.bring_to_rest(&mut cloud, &left);
     let recorder = Recorder { tracks, trajectories: &trajectories, config: &object, handled: &handled };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
 }

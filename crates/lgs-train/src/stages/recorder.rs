@@ -69,7 +69,7 @@ impl SourceTracks<'_> {
         Recording::new(self.times.to_vec(), positions, self.times.iter().map(since_start).collect())
     }
 
-    /// Puts some Gaussians where they are on average over time, in the shape that they have in the middle of it.
+    /// Puts some Gaussians where they are on average over time, in the shape that they have at half of it.
     pub(super) fn bring_to_rest(&self, cloud: &mut GaussianCloud, rows: &[usize]) {
         let middle = self.source.unshaded_at(self.times[self.times.len() / 2]);
         let positions: Vec<Vec<[f32; 3]>> =
