@@ -50,11 +50,15 @@ fn laws_that_cannot_be_are_named() {
     refused("object.0.law", &unknown, &["`object.0.law`", "unknown term `perpetual-motion`", "linear-drag"]);
     let size = ["`object.0.start`", "x of a state in point coordinates: 3 values expected, 2 found"];
     refused("object.0.start", r#"{"x": [0.0, 0.0], "v": [0.0, 0.0, 0.0]}"#, &size);
-    let event = |time: f64| format!(r#"{{ "time": {time}, "change": [0.0, 0.0, 1.0] }}"#);
-    let events = law("\"step\"", &format!(r#""events": [{}, {}], "step""#, event(0.5), event(0.25)));
-    refused("object.0.law", &events, &["event 1 of a law is at time 0.25, not after the one before at 0.5"]);
-    let short = law("\"step\"", r#""events": [{ "time": 0.1, "change": [0.0] }], "step""#);
-    refused("object.0.law", &short, &["change of velocity of event 0: 3 values expected, 1 found"]);
+    let impulse = |time: f64| format!(r#"{{ "time": {time}, "change": [0.0, 0.0, 1.0] }}"#);
+    let impulses = law("\"step\"", &format!(r#""impulses": [{}, {}], "step""#, impulse(0.5), impulse(0.25)));
+    refused(
+        "object.0.law",
+        &impulses,
+        &["impulse 1 of a law is at time 0.25, not after the one before at 0.5"],
+    );
+    let short = law("\"step\"", r#""impulses": [{ "time": 0.1, "change": [0.0] }], "step""#);
+    refused("object.0.law", &short, &["change of velocity of impulse 0: 3 values expected, 1 found"]);
 }
 
 #[test]

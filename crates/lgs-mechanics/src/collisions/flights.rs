@@ -5,8 +5,8 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// Sets of impacts that a track may hold, each at least a part of the largest: none, the most sudden jump of
-/// the centre's velocity, the two most sudden ones, and so on. A learned track also wiggles at the ends of its
-/// window and beside an impact, so that the evidence of the motions tells which of the jumps are impacts.
+/// the centre's velocity, the two most sudden ones, and so on. A learned track also wiggles at the ends of
+/// its window and beside an impact, so that the evidence of the motions tells which of the jumps are impacts.
 pub(super) fn nested_impacts(times: &[f64], centers: &[[f64; 3]], least: f64) -> Vec<Vec<Impact>> {
     let mut all = impacts_above(times, centers, least);
     let size = |impact: &Impact| DVec3::from_slice(&impact.change).length();

@@ -25,8 +25,9 @@ use super::counterfactual::ComparedFrames;
 use super::joined_objects::joined;
 use super::motion_options::MotionOptions;
 use super::observed_motion::{observed_to_move, rises_at_rest};
-use super::recorder::{Recorder, SourceTracks};
+use super::recorder::{Recorder, SourceTracks, append};
 use super::rest_retuned::{doubtful, moving};
+use super::scene_request::InitialSceneRequest;
 use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
@@ -39,32 +40,6 @@ pub struct InitialScene {
     pub reports: Vec<DistillReport>,
     /// The source's Gaussian that each Gaussian is, the static ones first, then the dynamic ones.
     pub source_rows: Vec<usize>,
-}
-
-/// What stage 1 needs beside the source.
-#[derive(Clone, Copy)]
-pub struct InitialSceneRequest<'a> {
-    /// Split into static Gaussians and objects.
-    pub partition: &'a PartitionConfig,
-    /// Distillation settings.
-    pub distill: &'a DistillConfig,
-    /// Integration settings.
-    pub motion: &'a MotionOptions,
-    /// End of the captured window, τ_max.
-    pub time_window: f32,
-    /// What a pixel of the training images spans at the scene, world units; 0 where the trajectories are not
-    /// from images.
-    pub pixel_size: f32,
-    /// Colour behind the Gaussians.
-    pub background: [f32; 3],
-    /// Training frames, which tell what is seen to move; without any, everything that moves counts.
-    pub frames: &'a [Frame],
-    /// Distance of the cameras from what they look at, world units.
-    pub viewing_distance: f32,
-    /// Seed of the run.
-    pub seed: u64,
-    /// Where the paper's networks are rolled.
-    pub device: &'a Device,
 }
 
 /// Stage 1: samples the source every Δτ over the window, distils, and assembles the scene at t = 0 (method
@@ -253,12 +228,4 @@ fn at_rest(cloud: &GaussianCloud, distilled: &SceneDistillation) -> Vec<usize> {
     let rows: Vec<usize> = (0..cloud.len()).filter(|&i| distilled.partition.object[i] < 0).collect();
     let means: Vec<[f32; 3]> = rows.iter().map(|&i| cloud.means[i]).collect();
     spatial_order(&means).iter().map(|&i| rows[i as usize]).collect()
-}
-
-pub(super) fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {
-    cloud.means.extend_from_slice(&more.means);
-    cloud.rotations.extend_from_slice(&more.rotations);
-    cloud.log_scales.extend_from_slice(&more.log_scales);
-    cloud.raw_opacities.extend_from_slice(&more.raw_opacities);
-    cloud.sh.extend_from_slice(&more.sh);
 }

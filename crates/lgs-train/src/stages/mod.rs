@@ -35,6 +35,7 @@ mod pose_search;
 mod recorded_bodies;
 mod recorder;
 mod rest_retuned;
+mod scene_request;
 mod spread;
 mod subset;
 mod things;
@@ -46,8 +47,9 @@ pub use config::{FitDynamicsConfig, InitialVelocity, TuneDynamicsConfig, TuneGau
 pub use fit_dynamics::FitDynamics;
 pub use held_to_source::{HeldToSource, Outcome, SourceOfScene, WorseThanSource, held_to_source};
 pub(crate) use held_to_source::{load_rows, save_rows};
-pub use initialise_scene::{InitialScene, InitialSceneRequest, initialise_scene};
+pub use initialise_scene::{InitialScene, initialise_scene};
 pub use motion_options::MotionOptions;
+pub use scene_request::InitialSceneRequest;
 pub use tune_dynamics::TuneDynamics;
 pub use tune_gaussians::TuneGaussians;
 

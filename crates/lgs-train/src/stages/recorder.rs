@@ -89,3 +89,12 @@ impl SourceTracks<'_> {
         self.recording(rows, &positions)
     }
 }
+
+/// Adds Gaussians at the end.
+pub(super) fn append(cloud: &mut GaussianCloud, more: &GaussianCloud) {
+    cloud.means.extend_from_slice(&more.means);
+    cloud.rotations.extend_from_slice(&more.rotations);
+    cloud.log_scales.extend_from_slice(&more.log_scales);
+    cloud.raw_opacities.extend_from_slice(&more.raw_opacities);
+    cloud.sh.extend_from_slice(&more.sh);
+}

@@ -13,9 +13,9 @@ use lgs_mechanics::{Law, MechanicsError};
 use lgs_model::source::SourceModel;
 use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel};
 
-use super::initialise_scene::{InitialSceneRequest, append};
 use super::newton::squared_error_of;
-use super::recorder::SourceTracks;
+use super::recorder::{SourceTracks, append};
+use super::scene_request::InitialSceneRequest;
 use super::thresholds::{DOUBTFUL_FRACTION, RETUNING_STEPS};
 use super::{TrainingData, TuneGaussians, TuneGaussiansConfig};
 use crate::driver::{SceneTrainer, Trainer};
