@@ -7,12 +7,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use burn::tensor::Device;
 use lgs_core::{GaussianCloud, spatial_order};
-use lgs_data::dataset::Frame;
 use lgs_distill::{
     DistillConfig, DistillObserver, DistillReport, Distilled, DistilledLaw, DistilledParticles, Partition,
-    PartitionConfig, SceneDistillation, Trajectories, find_objects_beside,
+    SceneDistillation, Trajectories, find_objects_beside,
 };
 use lgs_dynamics::{Supports, VelocityPolicy};
 use lgs_model::source::SourceModel;
