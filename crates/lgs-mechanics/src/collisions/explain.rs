@@ -46,7 +46,7 @@ pub fn explain(body: &Body, seen: &Observed) -> Option<Bounced> {
 }
 
 /// The law with a contact on one of the planes at rest. Hits of which others tell are tried beside the
-/// impacts of the track, and so are changes of velocity that are small beside a bounce, which count where the law
+/// impacts of the track. So are changes of velocity that are small beside a bounce: they count where the law
 /// without them does not describe the motion or has taken them for noise.
 fn on_grounds(
     (body, seen): (&Body, &Observed),
