@@ -117,10 +117,8 @@ fn a_ball_that_bounces_is_not_struck() {
 
 #[test]
 fn balls_hit_each_other_between_bounces() {
-    let round = |mass: f64| RoundBody { center: [0.0; 3], radius: 0.1, mass, hits: Vec::new() };
-    let bodies = vec![round(1.0), RoundBody { center: [0.8, 0.0, 0.7], ..round(1.0) }];
-    let first = RoundBody { center: [0.0, 0.0, 0.7], ..bodies[0].clone() };
-    let bodies = vec![first, bodies[1].clone()];
+    let round = |x: f64| RoundBody { center: [x, 0.0, 0.7], radius: 0.1, mass: 1.0, hits: Vec::new() };
+    let bodies = vec![round(0.0), round(0.8)];
     let contact = MutualContact { bodies, restitution: 1.0, friction: 0.0, deviations: [0.0; 2] };
     let (law, other) = (ball(), state(&[0.8, 0.0, 0.7], &[-0.6, 0.0, 0.0]));
     let start = start();
