@@ -160,9 +160,7 @@ fn at_rest(trajectories: &Trajectories, partition: &Partition) -> Vec<[f64; 3]> 
     let weights = trajectories.particle_weights();
     let least = LIGHTEST * weights.iter().sum::<f64>() / weights.len().max(1) as f64;
     let rests = |i: &usize| partition.object[*i] < 0 && weights[*i] >= least;
-    let part = (trajectories.times.len() as f64).recip();
-    let mean = |i: usize| (part * trajectories.path(i).into_iter().sum::<glam::DVec3>()).to_array();
-    (0..trajectories.len()).filter(rests).map(mean).collect()
+    (0..trajectories.len()).filter(rests).map(|i| trajectories.mean_place(i).to_array()).collect()
 }
 
 /// What becomes of each object. One that its system does not describe goes if others explain most of it, and

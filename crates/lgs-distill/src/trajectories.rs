@@ -122,6 +122,12 @@ impl Trajectories {
         (0..self.times.len()).map(|sample| self.at(sample, particle)).collect()
     }
 
+    /// Where a particle is on average over the samples, world units.
+    #[must_use]
+    pub fn mean_place(&self, particle: usize) -> DVec3 {
+        self.path(particle).into_iter().sum::<DVec3>() / self.times.len() as f64
+    }
+
     /// Sample times in double precision on the exact grid.
     pub(crate) fn grid(&self) -> Vec<f64> {
         let (start, dt) = (f64::from(self.times[0]), f64::from(self.dt()));

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{law, state};
+use common::{law, round_body, state};
 use glam::{DQuat, DVec3};
 use lgs_core::stream;
 use lgs_mechanics::choose::candidates;
@@ -108,16 +108,8 @@ fn explained(
     explain(body, &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-6] })
 }
 
-fn round_body(grounds: Vec<lgs_mechanics::contact::Ground>) -> Body {
-    Body {
-        coordinates: Coordinates::Point,
-        centers: candidates(&Coordinates::Point),
-        spins: Vec::new(),
-        surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
-        grounds,
-        is_shell: false,
-        hits: Vec::new(),
-    }
+fn ball_above(grounds: Vec<Ground>) -> Body {
+    Body { grounds, ..round_body() }
 }
 
 #[test]
@@ -125,7 +117,7 @@ fn a_plane_that_nothing_shows_is_told_by_the_impacts() {
     for angle in [0.0, 0.3] {
         let truth = ball(tilted(angle, 1.0), 0.7);
         let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
-        let found = explained(&truth, &start, &round_body(Vec::new()), (1.0, 0.001, 0)).unwrap();
+        let found = explained(&truth, &start, &ball_above(Vec::new()), (1.0, 0.001, 0)).unwrap();
         let (contact, truth_of) = (found.law.contact.as_ref().unwrap(), truth.contact.as_ref().unwrap());
         let apart = DVec3::from(contact.plane.normal).angle_between(DVec3::from(truth_of.plane.normal));
         let told = format!("{contact:?}, apart {apart}, error {}", found.error);
@@ -141,7 +133,7 @@ fn draws_keep_to_the_track_where_friction_is_at_its_bound() {
     let mut truth = ball(tilted(0.0, 1.0), 0.7);
     truth.contact.iter_mut().for_each(|contact| contact.friction = 0.0);
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
-    let found = explained(&truth, &start, &round_body(Vec::new()), (0.6, 0.002, 0)).unwrap();
+    let found = explained(&truth, &start, &ball_above(Vec::new()), (0.6, 0.002, 0)).unwrap();
     // A little friction and a plane that leans forward are much like no friction and one that does not.
     let contact = found.law.contact.as_ref().unwrap();
     assert!(contact.friction < found.deviations[1], "{contact:?} {:?}", found.deviations);
@@ -167,7 +159,7 @@ fn a_wall_that_stops_the_body_is_found_beside_the_floor() {
         let middle = (plane.offset * DVec3::from(plane.normal)).to_array();
         Ground { plane, middle, roughness: 0.002, is_sharp: true }
     };
-    let body = round_body([floor, wall, other].map(ground).to_vec());
+    let body = ball_above([floor, wall, other].map(ground).to_vec());
     let found = explained(&truth, &start, &body, (1.0, 0.0005, 0)).unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     assert_eq!(contact.walls.len(), 1, "{contact:?}");
@@ -190,7 +182,7 @@ fn a_plane_that_its_points_show_badly_gives_way_to_the_impact() {
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
     let ground =
         Ground { plane: tilted(0.1, 1.0), middle: [0.1, 0.0, 0.01], roughness: 0.005, is_sharp: false };
-    let found = explained(&truth, &start, &round_body(vec![ground]), (0.75, 0.0002, 0)).unwrap();
+    let found = explained(&truth, &start, &ball_above(vec![ground]), (0.75, 0.0002, 0)).unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     let told = format!("{contact:?} {}", found.error);
     assert!((contact.restitution / 0.7 - 1.0).abs() < 0.01 && contact.plane.normal[2] > 0.9998, "{told}");
@@ -202,7 +194,7 @@ fn a_plane_that_its_points_show_well_keeps_their_tilt_and_is_as_high_as_the_trac
     truth.contact.iter_mut().for_each(|contact| contact.plane.offset += 0.004);
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
     let ground = Ground { plane: tilted(0.0, 1.0), middle: [0.1, 0.0, 0.0], roughness: 0.0, is_sharp: true };
-    let found = explained(&truth, &start, &round_body(vec![ground]), (0.75, 0.0002, 0)).unwrap();
+    let found = explained(&truth, &start, &ball_above(vec![ground]), (0.75, 0.0002, 0)).unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     let at_impact = truth.contact.as_ref().unwrap().plane.height(DVec3::new(0.15, 0.07, 0.0));
     let told = format!("{contact:?} {} {at_impact}", found.error);
@@ -215,7 +207,7 @@ fn samples_that_an_impact_smears_are_left_out() {
     let truth = ball(tilted(0.0, 1.0), 0.7);
     let start = state(&[0.0, 0.0, 0.6], &[0.4, 0.2, 0.0]);
     let ground = planes(&scattered(&tilted(0.0, 1.0), 1.0, 0.001), [0.0, 0.0, 3.0], 0.003);
-    let found = explained(&truth, &start, &round_body(ground), (0.75, 0.0005, 5)).unwrap();
+    let found = explained(&truth, &start, &ball_above(ground), (0.75, 0.0005, 5)).unwrap();
     let contact = found.law.contact.as_ref().unwrap();
     assert!((contact.restitution / 0.7 - 1.0).abs() < 0.05, "{contact:?} {}", found.error);
     assert!(found.error < 0.005, "{} {}", found.chi_square, found.error);
@@ -237,7 +229,7 @@ fn wiggles_of_a_learned_track_are_no_impacts() {
     let centers: Vec<[f64; 3]> = x.iter().map(|x| [x[0], x[1], x[2]]).collect();
     assert!(impacts(&times, &centers).len() > 1, "jumps that are none");
     let found = explain(
-        &round_body(Vec::new()),
+        &ball_above(Vec::new()),
         &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-6] },
     );
     let found = found.unwrap();

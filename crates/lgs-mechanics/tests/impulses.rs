@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{law, state};
+use common::{law, round_body, state};
 use lgs_core::stream;
 use lgs_mechanics::bands::{DrawnLaws, StartedLaw};
 use lgs_mechanics::choose::candidates;
@@ -60,15 +60,7 @@ fn track(times: &[f64]) -> Vec<Vec<f64>> {
 }
 
 fn body(hits: &[f64]) -> Body {
-    Body {
-        coordinates: Coordinates::Point,
-        centers: candidates(&Coordinates::Point),
-        spins: Vec::new(),
-        surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
-        grounds: Vec::new(),
-        is_shell: false,
-        hits: hits.to_vec(),
-    }
+    Body { hits: hits.to_vec(), ..round_body() }
 }
 
 #[test]

@@ -4,9 +4,8 @@
 
 mod common;
 
-use common::{law, state};
+use common::{law, round_body, state};
 use lgs_core::stream;
-use lgs_mechanics::choose::candidates;
 use lgs_mechanics::collisions::{Body, Bounced, Observed, explain};
 use lgs_mechanics::contact::{Contact, Ground, Impact, Plane, Surface, planes};
 use lgs_mechanics::coordinates::{Coordinates, Port, State};
@@ -74,15 +73,7 @@ fn explained(law: &Law, grounds: Vec<Ground>, hits: &[f64]) -> Bounced {
     let mut noise = || -> f64 { StandardNormal.sample(&mut draws) };
     let x: Vec<Vec<f64>> =
         states.iter().map(|state| state.x.iter().map(|x| x + 5e-4 * noise()).collect()).collect();
-    let body = Body {
-        coordinates: Coordinates::Point,
-        centers: candidates(&Coordinates::Point),
-        spins: Vec::new(),
-        surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
-        grounds,
-        is_shell: false,
-        hits: hits.to_vec(),
-    };
+    let body = Body { grounds, hits: hits.to_vec(), ..round_body() };
     explain(&body, &Observed { times: &times, x: &x, deviations: &[], least: [1e-5, 1e-5] }).unwrap()
 }
 

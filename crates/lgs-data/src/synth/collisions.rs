@@ -51,7 +51,13 @@ enum Event {
 impl Flight {
     fn place(&self, ball: usize, t: f64, gravity: f64) -> DVec3 {
         let dt = t - self.since;
-        self.places[ball] + dt * self.velocities[ball] - 0.5 * gravity * dt * dt * DVec3::Z
+        let pull = if self.rests(ball) { 0.0 } else { gravity };
+        self.places[ball] + dt * self.velocities[ball] - 0.5 * pull * dt * dt * DVec3::Z
+    }
+
+    /// Whether a ball stays on the floor.
+    fn rests(&self, ball: usize) -> bool {
+        self.places[ball].z == 0.0 && self.velocities[ball].z == 0.0
     }
 
     /// Time until two balls of a radius touch that come nearer to each other; nothing if they do not.
@@ -66,7 +72,7 @@ impl Flight {
     fn landing(&self, ball: usize, gravity: f64) -> Option<f64> {
         let (height, speed) = (self.places[ball].z, self.velocities[ball].z);
         let wait = (speed + (speed.powi(2) + 2.0 * gravity * height.max(0.0)).sqrt()) / gravity;
-        (gravity > 0.0 && wait > REST_FLIGHT).then_some(wait)
+        (gravity > 0.0 && !self.rests(ball)).then_some(wait)
     }
 
     /// The motion after the next event; nothing if there is none.
@@ -77,9 +83,11 @@ impl Flight {
         let bounces = (0..count).filter_map(|ball| Some((self.landing(ball, gravity)?, Event::Bounce(ball))));
         let (after, event) = collisions.chain(bounces).min_by(|one, other| one.0.total_cmp(&other.0))?;
         let since = self.since + after;
-        let places: Vec<DVec3> = (0..count).map(|ball| self.place(ball, since, gravity)).collect();
+        let mut places: Vec<DVec3> = (0..count).map(|ball| self.place(ball, since, gravity)).collect();
         let mut velocities = self.velocities.clone();
-        velocities.iter_mut().for_each(|velocity| velocity.z -= gravity * after);
+        for ball in (0..count).filter(|&ball| !self.rests(ball)) {
+            velocities[ball].z -= gravity * after;
+        }
         match event {
             Event::Collision([a, b]) => {
                 let along = (places[b] - places[a]).normalize();
@@ -88,7 +96,11 @@ impl Flight {
                 velocities[a] -= exchanged;
                 velocities[b] += exchanged;
             }
-            Event::Bounce(ball) => velocities[ball].z *= -restitution,
+            Event::Bounce(ball) => {
+                let speed = -restitution * velocities[ball].z;
+                let is_brief = 2.0 * speed <= REST_FLIGHT * gravity;
+                (places[ball].z, velocities[ball].z) = (0.0, if is_brief { 0.0 } else { speed });
+            }
         }
         Some(Self { since, collided: matches!(event, Event::Collision(_)), places, velocities })
     }
@@ -161,6 +173,13 @@ mod tests {
         let slower = motion.edited(HALF_AS_FAST);
         assert!((slower.times()[0] - 2.0 * motion.times()[0]).abs() < 1e-12);
         assert!(slower.pose(1, 1.4).position.distance(motion.pose(1, 0.7).position) < 1e-12);
+    }
+
+    #[test]
+    fn a_ball_comes_to_rest_on_the_floor() {
+        let balls = Balls { radius: 0.2, restitution: 0.5, gravity: 4.0 };
+        let motion = Collisions::new(balls, vec![0.5 * DVec3::Z], vec![DVec3::X], 5.0);
+        assert_eq!(motion.pose(0, 4.0).position, DVec3::new(4.0, 0.0, 0.0));
     }
 
     #[test]

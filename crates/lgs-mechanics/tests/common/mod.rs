@@ -8,6 +8,9 @@
 
 use lgs_core::geometry::exp;
 use lgs_mechanics::Law;
+use lgs_mechanics::choose::candidates;
+use lgs_mechanics::collisions::Body;
+use lgs_mechanics::contact::Surface;
 use lgs_mechanics::coordinates::{
     AffineMode, Ball, Coordinates, Hinge, Inertia, InertiaForm, Modal, Port, State, Tree,
 };
@@ -23,6 +26,19 @@ pub fn law(coordinates: Coordinates, own: &[f64], terms: &[(&str, Port, &[f64])]
 
 pub fn state(x: &[f64], v: &[f64]) -> State {
     State { x: x.to_vec(), v: v.to_vec() }
+}
+
+/// A ball of radius 0.1 that may follow any law of a point, away from planes and other bodies.
+pub fn round_body() -> Body {
+    Body {
+        coordinates: Coordinates::Point,
+        centers: candidates(&Coordinates::Point),
+        spins: Vec::new(),
+        surface: Surface { points: vec![[0.0; 3]], radius: 0.1 },
+        grounds: Vec::new(),
+        is_shell: false,
+        hits: Vec::new(),
+    }
 }
 
 pub fn asymmetric() -> Inertia {

@@ -66,14 +66,14 @@ pub fn initialise_scene(
     let things = source.carried();
     let found = find_objects_beside(things, &trajectories, request.partition)?;
     let moves = found.object.clone();
-    let partition = seen_to_move((source, &trajectories.times), found, request);
+    let partition = seen_to_move((source, &trajectories), found, request);
     let window = [trajectories.times[0], trajectories.times[trajectories.times.len() - 1]];
     let handled = HandledThings::of(source, window, &object);
     let distilled = handled.distilled(&trajectories, partition, (&object, request.seed), observer)?;
     let tracks = SourceTracks { source, times: &trajectories.times };
     let is_left = |i: &usize| moves[*i] >= 0 && distilled.partition.object[*i] < 0;
     let left: Vec<usize> = (0..cloud.len()).filter(is_left).collect();
-    tracks.bring_to_rest(&mut cloud, &left);
+    tracks.bring_to_rest(&mut cloud, &left, &trajectories);
     let recorder = Recorder { tracks, trajectories: &trajectories, config: &object, handled: &handled };
     Ok(assemble(&cloud, distilled, (request, dt), &recorder))
 }
@@ -81,7 +81,7 @@ pub fn initialise_scene(
 /// The objects that images show to move, those put together that they do not show to move apart; all of them
 /// without images, or where every motion counts as seen.
 fn seen_to_move(
-    (source, times): (&dyn SourceModel, &[f32]),
+    (source, trajectories): (&dyn SourceModel, &Trajectories),
     found: Partition,
     request: &InitialSceneRequest<'_>,
 ) -> Partition {
@@ -109,7 +109,7 @@ fn seen_to_move(
     if in_doubt.is_empty() {
         return joined(source, partition, (&frames, &rises), tolerance);
     }
-    let moving = moving((source, times), &partition, &in_doubt, request);
+    let moving = moving((source, trajectories), &partition, &in_doubt, request);
     let (partition, rises) = (partition.with_only(&moving), of_kept(rises, &moving));
     joined(source, partition, (&frames, &rises), tolerance)
 }

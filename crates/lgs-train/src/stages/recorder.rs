@@ -1,8 +1,7 @@
 //! Recordings of the source's motion, for objects that no law describes.
 
-use glam::DVec3;
 use lgs_core::GaussianCloud;
-use lgs_core::geometry::{narrow, wide};
+use lgs_core::geometry::narrow;
 use lgs_core::linear::{quat_mul, quat_normalize};
 use lgs_distill::{CoordinatesKind, DistillConfig, Distilled, PartLaw, PartLaws, Trajectories};
 use lgs_mechanics::coordinates::Bodies;
@@ -55,7 +54,7 @@ pub(super) fn parts(laws: &PartLaws) -> [Option<PartDynamics>; 2] {
 
 impl SourceTracks<'_> {
     /// The motion of some Gaussians, given the positions of all at the times of the tracks.
-    fn recording(&self, rows: &[usize], positions: &[Vec<[f32; 3]>]) -> Option<Recording> {
+    pub(super) fn recording(&self, rows: &[usize], positions: &[Vec<[f32; 3]>]) -> Option<Recording> {
         let positions = positions.iter().map(|all| rows.iter().map(|&i| all[i]).collect()).collect();
         let start = self.source.cloud_at(self.times[0]).rotations;
         let since_start = |&time: &f32| {
@@ -69,14 +68,19 @@ impl SourceTracks<'_> {
         Recording::new(self.times.to_vec(), positions, self.times.iter().map(since_start).collect())
     }
 
-    /// Puts some Gaussians where they are on average over time, in the shape that they have at half of it.
-    pub(super) fn bring_to_rest(&self, cloud: &mut GaussianCloud, rows: &[usize]) {
+    /// Puts some Gaussians where their trajectories are on average, in the shape that they have at half time.
+    pub(super) fn bring_to_rest(
+        &self,
+        cloud: &mut GaussianCloud,
+        rows: &[usize],
+        trajectories: &Trajectories,
+    ) {
+        if rows.is_empty() {
+            return;
+        }
         let middle = self.source.unshaded_at(self.times[self.times.len() / 2]);
-        let positions: Vec<Vec<[f32; 3]>> =
-            self.times.iter().map(|&time| self.source.positions_at(time)).collect();
         for &row in rows {
-            let sum: DVec3 = positions.iter().map(|all| wide(all[row])).sum();
-            cloud.means[row] = narrow(sum / self.times.len() as f64);
+            cloud.means[row] = narrow(trajectories.mean_place(row));
             cloud.rotations[row] = middle.rotations[row];
             cloud.log_scales[row] = middle.log_scales[row];
         }

@@ -6,17 +6,17 @@
 //! images with the motion and without it tell by the other half whether anything moves (method §5.1).
 
 use lgs_data::dataset::Frame;
-use lgs_distill::Partition;
+use lgs_distill::{Partition, Trajectories};
 use lgs_mechanics::bands::Known;
 use lgs_mechanics::coordinates::{Bodies, Coordinates, State};
 use lgs_mechanics::{Law, MechanicsError};
 use lgs_model::source::SourceModel;
-use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel};
+use lgs_model::{Dynamics, GeneralisedDynamics, LagrangianScene, MotionConfig, ObjectModel, Recording};
 
 use super::newton::squared_error_of;
 use super::recorder::{SourceTracks, append};
 use super::scene_request::InitialSceneRequest;
-use super::thresholds::{DOUBTFUL_FRACTION, RETUNING_STEPS};
+use super::thresholds::{OBSERVED_FRACTION, RETUNING_STEPS};
 use super::{TrainingData, TuneGaussians, TuneGaussiansConfig};
 use crate::driver::{SceneTrainer, Trainer};
 
@@ -24,24 +24,27 @@ use crate::driver::{SceneTrainer, Trainer};
 /// at rest; those that show least first.
 pub(super) fn doubtful(rises: &[f64]) -> Vec<usize> {
     let most = rises.iter().copied().fold(0.0, f64::max);
-    let mut found: Vec<usize> = (0..rises.len()).filter(|&o| rises[o] < DOUBTFUL_FRACTION * most).collect();
+    let mut found: Vec<usize> = (0..rises.len()).filter(|&o| rises[o] < OBSERVED_FRACTION * most).collect();
     found.sort_by(|&a, &b| rises[a].total_cmp(&rises[b]));
     found
 }
 
 /// For every object whether it moves: those in doubt do if tuned Gaussians draw images that they were not
-/// tuned to worse with the object at rest.
+/// tuned to worse with the object at rest. All do where there are no two halves of the images.
 pub(super) fn moving(
-    (source, times): (&dyn SourceModel, &[f32]),
+    (source, trajectories): (&dyn SourceModel, &Trajectories),
     partition: &Partition,
     doubtful: &[usize],
     request: &InitialSceneRequest<'_>,
 ) -> Vec<bool> {
     let mut moving = vec![true; partition.objects];
-    let tracks = SourceTracks { source, times };
     let halves = halves(request.frames);
+    if halves.iter().any(Vec::is_empty) {
+        return moving;
+    }
+    let objects = Objects::new(source, trajectories, partition);
     let error = |moving: &[bool]| {
-        let scene = playing(&tracks, partition, moving, request).ok()?;
+        let scene = objects.playing(moving, request).ok()?;
         Some(error_after_tuning(scene, &halves, request))
     };
     let Some(mut least) = error(&moving) else { return moving };
@@ -94,40 +97,59 @@ fn error_after_tuning(
     squared_error_of(&trainer.scene(), &others.iter().collect::<Vec<_>>())
 }
 
-/// The scene in which some objects of a partition play the source's tracks, and others are at rest.
-fn playing(
-    tracks: &SourceTracks<'_>,
-    partition: &Partition,
-    moving: &[bool],
-    request: &InitialSceneRequest<'_>,
-) -> Result<LagrangianScene, MechanicsError> {
-    let mut cloud = tracks.source.unshaded_at(tracks.times[0]);
-    let left: Vec<usize> = (0..cloud.len())
-        .filter(|&i| usize::try_from(partition.object[i]).is_ok_and(|object| !moving[object]))
-        .collect();
-    tracks.bring_to_rest(&mut cloud, &left);
-    let partition = &partition.with_only(moving);
-    let at_rest: Vec<usize> = (0..cloud.len()).filter(|&i| partition.object[i] < 0).collect();
-    let dt = tracks.times[1] - tracks.times[0];
-    let motion = MotionConfig { dt, time_window: request.time_window };
-    let mut scene = LagrangianScene::still(cloud.select(&at_rest), motion, request.background);
-    let mut rows = at_rest;
-    for object in 0..partition.objects {
-        let members = partition.members(object);
-        let start = scene.dynamic_gaussians.len();
-        append(&mut scene.dynamic_gaussians, &cloud.select(&members));
-        let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), f64::from(dt))?;
-        let start_state = State { x: vec![0.0; 3], v: vec![0.0; 3] };
-        let (bodies, known) = (Bodies::default(), Known::default());
-        let dynamics = Dynamics::Generalised(GeneralisedDynamics { law, bodies, start: start_state, known });
-        let members_of_scene = start..scene.dynamic_gaussians.len();
-        let recording = tracks.of(&members);
-        scene.objects.push(ObjectModel { members: members_of_scene, dynamics, recording });
-        rows.extend(members);
+/// The objects of a partition of a source's Gaussians, with the motion of each.
+struct Objects<'a> {
+    tracks: SourceTracks<'a>,
+    trajectories: &'a Trajectories,
+    partition: &'a Partition,
+    /// By object.
+    recordings: Vec<Option<Recording>>,
+}
+
+impl<'a> Objects<'a> {
+    fn new(source: &'a dyn SourceModel, trajectories: &'a Trajectories, partition: &'a Partition) -> Self {
+        let tracks = SourceTracks { source, times: &trajectories.times };
+        let of = |object| tracks.recording(&partition.members(object), &trajectories.positions);
+        let recordings = (0..partition.objects).map(of).collect();
+        Self { tracks, trajectories, partition, recordings }
     }
-    scene.velocities = vec![[0.0; 3]; scene.dynamic_gaussians.len()];
-    scene.shading = tracks.source.shading().map(|shading| shading.select(&rows));
-    Ok(scene)
+
+    /// The scene in which some of them play the source's tracks, and the others are at rest.
+    fn playing(
+        &self,
+        moving: &[bool],
+        request: &InitialSceneRequest<'_>,
+    ) -> Result<LagrangianScene, MechanicsError> {
+        let Self { tracks, partition, .. } = self;
+        let (chosen, left): (Vec<usize>, Vec<usize>) = (0..partition.objects).partition(|&o| moving[o]);
+        let left: Vec<usize> = left.into_iter().flat_map(|object| partition.members(object)).collect();
+        let mut cloud = tracks.source.unshaded_at(tracks.times[0]);
+        tracks.bring_to_rest(&mut cloud, &left, self.trajectories);
+        let rests = |i: &usize| usize::try_from(partition.object[*i]).map_or(true, |object| !moving[object]);
+        let mut rows: Vec<usize> = (0..cloud.len()).filter(rests).collect();
+        let dt = tracks.times[1] - tracks.times[0];
+        let motion = MotionConfig { dt, time_window: request.time_window };
+        let mut scene = LagrangianScene::still(cloud.select(&rows), motion, request.background);
+        for object in chosen {
+            let own = partition.members(object);
+            let members = scene.dynamic_gaussians.len()..scene.dynamic_gaussians.len() + own.len();
+            append(&mut scene.dynamic_gaussians, &cloud.select(&own));
+            let recording = self.recordings[object].clone();
+            scene.objects.push(ObjectModel { members, dynamics: at_rest(dt)?, recording });
+            rows.extend(own);
+        }
+        scene.velocities = vec![[0.0; 3]; scene.dynamic_gaussians.len()];
+        scene.shading = tracks.source.shading().map(|shading| shading.select(&rows));
+        Ok(scene)
+    }
+}
+
+/// The dynamics of an object whose recording is played.
+fn at_rest(dt: f32) -> Result<Dynamics, MechanicsError> {
+    let law = Law::new(Coordinates::Point, Vec::new(), Vec::new(), f64::from(dt))?;
+    let start = State { x: vec![0.0; 3], v: vec![0.0; 3] };
+    let (bodies, known) = (Bodies::default(), Known::default());
+    Ok(Dynamics::Generalised(GeneralisedDynamics { law, bodies, start, known }))
 }
 
 #[cfg(test)]
