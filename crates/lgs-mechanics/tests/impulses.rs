@@ -8,7 +8,7 @@ use lgs_core::stream;
 use lgs_mechanics::bands::{DrawnLaws, StartedLaw};
 use lgs_mechanics::choose::candidates;
 use lgs_mechanics::collisions::{Body, Observed, explain};
-use lgs_mechanics::contact::{Impact, Surface, impacts};
+use lgs_mechanics::contact::{Impact, impacts};
 use lgs_mechanics::coordinates::{Coordinates, Port, State};
 use lgs_mechanics::{Edit, Law, System};
 use rand_distr::{Distribution, StandardNormal};
