@@ -87,8 +87,8 @@ pub(super) const OBSERVED_FRAMES: usize = 24;
 /// a window to be told from others, and six frames see what single ones may miss.
 pub(super) const PARTS_OF_FRAMES: usize = 4;
 /// An object counts as observed to move if its rest raises the error by at least this fraction of the largest
-/// rise of any object, and is in doubt if it shows by less than that; it counts as observed to move by itself if the motion of another one raises it by at least this fraction
-/// of what its rest does.
+/// rise of any object, and is in doubt if it shows by less than that. It counts as observed to move by itself
+/// if the motion of another one raises the error by at least this fraction of what its rest does.
 pub(super) const OBSERVED_FRACTION: f64 = 0.1;
 /// Steps by which Gaussians are tuned to images with an object in motion and at rest: colours change by most
 /// of their range in as many.
