@@ -45,6 +45,22 @@ pub(crate) struct UnpaddedRows<'a>(pub(crate) &'a [f32], pub(crate) usize);
 #[derive(Clone, Copy)]
 pub(crate) struct Columns<'a>(pub(crate) &'a [f32], pub(crate) usize);
 
+/// Adds the product of one column of the left operand, `R` values, and one row of a panel, `V` vectors.
+#[inline(always)]
+fn add_products<S: Simd, const R: usize, const V: usize>(
+    simd: S,
+    a: impl Fn(usize) -> f32,
+    b: &[S::f32s],
+    sums: &mut Tile<S, R, V>,
+) {
+    for (r, sums) in sums.iter_mut().enumerate() {
+        let a = simd.splat_f32s(a(r));
+        for (b, sum) in b.iter().zip(sums) {
+            *sum = simd.mul_add_f32s(a, *b, *sum);
+        }
+    }
+}
+
 impl Left for Rows<'_> {
     #[inline(always)]
     fn tile<S: Simd, const R: usize, const V: usize>(self, row: usize, panel: Panel<'_, S>) -> Tile<S, R, V> {
@@ -57,13 +73,7 @@ impl Left for Rows<'_> {
         for (piece, vectors) in panel.vectors.chunks_exact(panel.width * COLUMNS).enumerate() {
             let a: [&[f32; COLUMNS]; R] = std::array::from_fn(|r| &lines[r][piece]);
             for (at, b) in (0..COLUMNS).zip(vectors.chunks_exact(panel.width)) {
-                let b = &b[panel.column..panel.column + V];
-                for r in 0..R {
-                    let a = simd.splat_f32s(a[r][at]);
-                    for v in 0..V {
-                        sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
-                    }
-                }
+                add_products(simd, |r| a[r][at], &b[panel.column..panel.column + V], &mut sums);
             }
         }
         sums
@@ -77,13 +87,7 @@ impl Left for UnpaddedRows<'_> {
         let lines: [&[f32]; R] = std::array::from_fn(|r| &self.0[(row + r) * self.1..][..depth]);
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
         for (at, b) in panel.vectors.chunks_exact(panel.width).enumerate() {
-            let b = &b[panel.column..panel.column + V];
-            for r in 0..R {
-                let a = simd.splat_f32s(lines[r][at]);
-                for v in 0..V {
-                    sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
-                }
-            }
+            add_products(simd, |r| lines[r][at], &b[panel.column..panel.column + V], &mut sums);
         }
         sums
     }
@@ -95,13 +99,8 @@ impl Left for Columns<'_> {
         let simd = panel.simd;
         let mut sums = [[simd.splat_f32s(0.0); V]; R];
         for (a, b) in self.0.chunks_exact(self.1).zip(panel.vectors.chunks_exact(panel.width)) {
-            let (a, b) = (&a[row..row + R], &b[panel.column..panel.column + V]);
-            for r in 0..R {
-                let a = simd.splat_f32s(a[r]);
-                for v in 0..V {
-                    sums[r][v] = simd.mul_add_f32s(a, b[v], sums[r][v]);
-                }
-            }
+            let a = &a[row..row + R];
+            add_products(simd, |r| a[r], &b[panel.column..panel.column + V], &mut sums);
         }
         sums
     }

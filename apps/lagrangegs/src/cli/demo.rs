@@ -125,9 +125,11 @@ fn pictures(run: &Run, folder: &Path) -> Result<()> {
     let camera = orbit(run)?.at(AZIMUTH);
     let window = run.scene.motion.time_window;
     let job = |times: Vec<f32>, edit: Edit| -> Result<Job> {
-        let trust = trust_in(run, ModelName::Lagrangian, edit)?;
+        let model = ModelName::Lagrangian;
+        let trust = trust_in(run, model, edit)?;
         let (cameras, reversal) = (vec![camera; times.len()], Reversal::Exact);
-        Ok(Job { cameras, times, edit, reversal, trust, mark: Mark::default(), label: Label::default() })
+        let (mark, label) = (Mark::default(), Label::default());
+        Ok(Job { model, cameras, times, edit, reversal, trust, mark, label })
     };
     job(steps(window, 3.0 * window), Edit::default())?.write(&run.scene, &folder.join("future"))?;
     job(steps(-window, 0.0), Edit::default())?.write(&run.scene, &folder.join("past"))?;

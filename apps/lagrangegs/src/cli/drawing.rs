@@ -13,7 +13,7 @@ use serde_json::json;
 use super::compare::{Beside, Other};
 use super::frames::{file_name, sweep_in_order};
 use super::output::{FrameFolder, FrameKind, prepare_folder, write_png};
-use super::trust::{Mark, listed};
+use super::trust::{Mark, ModelName, listed};
 use super::video::{Film, Target};
 
 /// Columns of the contact sheet.
@@ -21,6 +21,7 @@ const SHEET_COLUMNS: usize = 8;
 
 /// Frames to render: one camera per time, one motion.
 pub(super) struct Job {
+    pub(super) model: ModelName,
     pub(super) times: Vec<f32>,
     pub(super) cameras: Vec<Camera>,
     pub(super) edit: Edit,
@@ -151,7 +152,7 @@ impl Job {
 
     /// A frame, what stands beside it, and their labels as one image.
     fn composed(&self, (image, time): (Image, f32), beside: Option<((Image, f32), &str)>) -> Image {
-        let own = beside.as_ref().map(|_| if self.edit == Edit::default() { "Lagrangian" } else { "edited" });
+        let own = beside.as_ref().map(|_| self.model.label(self.edit));
         let label = |name: Option<&str>, time: f32| {
             let time = (self.label == Label::Times).then(|| time_label(time));
             name.map(str::to_owned).into_iter().chain(time).collect::<Vec<_>>().join(", ")

@@ -78,6 +78,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut other = Other::open(&run, args.compare, &cameras, args.data.as_deref())?;
     let sink = Sink::of(args, times.len())?;
     let job = Job {
+        model: args.model,
         times,
         cameras: cameras.iter().map(|camera| camera::with_width(camera, args.size)).collect(),
         edit: args.motion.edit(),

@@ -30,6 +30,15 @@ impl ModelName {
         }
     }
 
+    /// What stands over its frames, under an edit, where others stand beside them.
+    pub(super) fn label(self, edit: Edit) -> &'static str {
+        match self {
+            Self::Source => "source",
+            Self::Lagrangian if edit == Edit::default() => "Lagrangian",
+            Self::Lagrangian => "edited",
+        }
+    }
+
     /// Refuses an edit of a model that has no physics.
     pub(super) fn check_edit(self, edit: Edit) -> Result<()> {
         if self == Self::Source && edit != Edit::default() {

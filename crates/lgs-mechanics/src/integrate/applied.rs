@@ -3,7 +3,7 @@
 use crate::coordinates::Site;
 use crate::edit::Edit;
 use crate::law::{Law, ranges, space_of};
-use crate::terms::{Term, TermKind};
+use crate::terms::{At, Derivatives, Term, TermKind};
 use std::ops::Range;
 
 /// A term, ready to be applied.
@@ -15,6 +15,15 @@ pub(crate) struct Applied {
     pub(crate) factor: f64,
     pub(crate) dimension: usize,
     pub(crate) sites: Vec<Site>,
+}
+
+impl Applied {
+    /// Derivatives of the force by position, velocity and the term's own parameters.
+    pub(crate) fn differentiate(&self, parameters: &[f64], at: At, out: &mut Derivatives) {
+        let p = &parameters[self.parameters.clone()];
+        out.reset(self.dimension, p.len());
+        self.kind.derivatives(p, at, out);
+    }
 }
 
 /// All terms of a law under an edit.

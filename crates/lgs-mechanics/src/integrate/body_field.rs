@@ -163,11 +163,9 @@ impl KickField for BodyField<'_> {
         for (term, port) in &self.terms {
             let (y, w) = port.read(&moved);
             let at = At { y: &y.to_array(), w: &w.to_array() };
-            let p = &self.parameters[term.parameters.clone()];
             let mut force = [0.0; 3];
-            term.kind.force(p, at, &mut force);
-            self.derivatives.reset(3, p.len());
-            term.kind.derivatives(p, at, &mut self.derivatives);
+            term.kind.force(&self.parameters[term.parameters.clone()], at, &mut force);
+            term.differentiate(self.parameters, at, &mut self.derivatives);
             port.scatter(&moved, DVec3::from_array(force), (&self.derivatives, term), out);
             if port.port == Port::Arm {
                 let by_arm = port.by_arm(&moved, DVec3::from_array(force), &self.derivatives);
@@ -192,9 +190,7 @@ impl KickField for BodyField<'_> {
         for (term, port) in self.terms.iter().filter(|(term, _)| term.kind.depends_on_velocity()) {
             let (y, w) = port.read(&moved);
             let at = At { y: &y.to_array(), w: &w.to_array() };
-            let p = &self.parameters[term.parameters.clone()];
-            self.derivatives.reset(3, p.len());
-            term.kind.derivatives(p, at, &mut self.derivatives);
+            term.differentiate(self.parameters, at, &mut self.derivatives);
             port.scatter_by_velocity(&moved, (&self.derivatives, term), &mut out.v);
         }
         self.spin(&mut out.v);

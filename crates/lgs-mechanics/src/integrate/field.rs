@@ -19,6 +19,12 @@ pub(crate) struct VectorField<'a> {
     depends_on_velocity: bool,
     derivatives: Derivatives,
     force: Vec<f64>,
+    read: Read,
+}
+
+/// What terms read at their sites, where it is no part of the state.
+#[derive(Debug, Default)]
+struct Read {
     y: Vec<f64>,
     w: Vec<f64>,
 }
@@ -34,8 +40,7 @@ impl<'a> VectorField<'a> {
             terms,
             derivatives: Derivatives::default(),
             force: Vec::new(),
-            y: Vec::new(),
-            w: Vec::new(),
+            read: Read::default(),
         }
     }
 }
@@ -55,9 +60,8 @@ impl KickField for VectorField<'_> {
             let p = &self.parameters[term.parameters.clone()];
             self.force.resize(term.dimension, 0.0);
             for site in &term.sites {
-                let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
-                let w = read(site, (v, None), term.dimension, &mut self.w);
-                term.kind.force(p, At { y, w }, &mut self.force);
+                let at = self.read.at((term, site), (x, v), self.parameters);
+                term.kind.force(p, at, &mut self.force);
                 push(term, site, (&self.force, self.parameters), a);
             }
         }
@@ -72,13 +76,10 @@ impl KickField for VectorField<'_> {
         out.a.fill(0.0);
         for term in &self.terms {
             for site in &term.sites {
-                let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
-                let w = read(site, (v, None), term.dimension, &mut self.w);
-                let p = &self.parameters[term.parameters.clone()];
-                self.derivatives.reset(term.dimension, p.len());
-                term.kind.derivatives(p, At { y, w }, &mut self.derivatives);
+                let at = self.read.at((term, site), (x, v), self.parameters);
+                term.differentiate(self.parameters, at, &mut self.derivatives);
                 self.force.resize(term.dimension, 0.0);
-                term.kind.force(p, At { y, w }, &mut self.force);
+                term.kind.force(&self.parameters[term.parameters.clone()], at, &mut self.force);
                 let inverse_mass = site.mass.map(|mass| (mass, 1.0 / self.parameters[mass]));
                 scatter(term, site, inverse_mass, (&self.derivatives, &self.force), out);
                 push(term, site, (&self.force, self.parameters), &mut out.a);
@@ -97,11 +98,8 @@ impl KickField for VectorField<'_> {
         out.v.reset(self.freedoms, self.freedoms);
         for term in self.terms.iter().filter(|term| term.kind.depends_on_velocity()) {
             for site in &term.sites {
-                let y = read(site, (x, Some(self.parameters)), term.dimension, &mut self.y);
-                let w = read(site, (v, None), term.dimension, &mut self.w);
-                let p = &self.parameters[term.parameters.clone()];
-                self.derivatives.reset(term.dimension, p.len());
-                term.kind.derivatives(p, At { y, w }, &mut self.derivatives);
+                let at = self.read.at((term, site), (x, v), self.parameters);
+                term.differentiate(self.parameters, at, &mut self.derivatives);
                 let reaction = site.mass.map_or(1.0, |mass| 1.0 / self.parameters[mass]);
                 scatter_blocks(term, site, reaction, [(&self.derivatives.w, &mut out.v)]);
             }
@@ -114,6 +112,20 @@ impl KickField for VectorField<'_> {
 
     fn drift_tangent(&self, _state: &State, tangent: &mut Tangent, h: f64) {
         add_scaled(&mut tangent.x, &tangent.v, h);
+    }
+}
+
+impl Read {
+    /// Position and velocity at a site of a term.
+    fn at<'b>(
+        &'b mut self,
+        (term, site): (&Applied, &Site),
+        (x, v): (&'b [f64], &'b [f64]),
+        parameters: &[f64],
+    ) -> At<'b> {
+        let y = read(site, (x, Some(parameters)), term.dimension, &mut self.y);
+        let w = read(site, (v, None), term.dimension, &mut self.w);
+        At { y, w }
     }
 }
 

@@ -23,6 +23,12 @@ pub trait SourceModel: Send + Sync {
         self.len() == 0
     }
 
+    /// The model whose Gaussians this one carries or lights, where it does. What is known of that one's times
+    /// and paths is known of this one, too.
+    fn inner(&self) -> Option<&dyn SourceModel> {
+        None
+    }
+
     /// All Gaussians as they are drawn at a time: unit quaternions, logarithms of positive scales.
     fn cloud_at(&self, time: f32) -> GaussianCloud;
 
@@ -39,13 +45,13 @@ pub trait SourceModel: Send + Sync {
     /// The number of the path that carries each Gaussian as a thing of its own, from 1, and 0 for the others;
     /// empty where none does.
     fn carried(&self) -> &[u32] {
-        &[]
+        self.inner().map_or(&[], |inner| inner.carried())
     }
 
     /// First and last time of each stretch over which the thing that a path carries, by its number from 1,
     /// flew freely; what it did else it was made to do.
-    fn free_flights(&self, _thing: u32) -> &[[f32; 2]] {
-        &[]
+    fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
+        self.inner().map_or(&[], |inner| inner.free_flights(thing))
     }
 
     /// The Gaussians' centres at a time, `[n]`, world units.
@@ -54,13 +60,13 @@ pub trait SourceModel: Send + Sync {
     /// First and last time that the model knows anything of, where it ends; outside of them its Gaussians
     /// rest.
     fn time_range(&self) -> Option<[f32; 2]> {
-        None
+        self.inner()?.time_range()
     }
 
     /// Times that the motion is known at, ascending, where it comes from frames and not from a function of
     /// time.
     fn known_times(&self) -> Option<&[f32]> {
-        None
+        self.inner()?.known_times()
     }
 
     /// The model without what it knows of a time and those after it, where it comes from frames.

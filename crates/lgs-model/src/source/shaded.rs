@@ -34,6 +34,10 @@ impl SourceModel for ShadedSource {
         self.moved.len()
     }
 
+    fn inner(&self) -> Option<&dyn SourceModel> {
+        Some(&*self.moved)
+    }
+
     fn cloud_at(&self, time: f32) -> GaussianCloud {
         let mut cloud = self.moved.cloud_at(time);
         self.shading.shade(&mut cloud, time);
@@ -48,24 +52,8 @@ impl SourceModel for ShadedSource {
         Some(&self.shading)
     }
 
-    fn carried(&self) -> &[u32] {
-        self.moved.carried()
-    }
-
-    fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
-        self.moved.free_flights(thing)
-    }
-
     fn positions_at(&self, time: f32) -> Vec<[f32; 3]> {
         self.moved.positions_at(time)
-    }
-
-    fn time_range(&self) -> Option<[f32; 2]> {
-        self.moved.time_range()
-    }
-
-    fn known_times(&self) -> Option<&[f32]> {
-        self.moved.known_times()
     }
 
     fn before(&self, time: f32) -> Option<Box<dyn SourceModel>> {

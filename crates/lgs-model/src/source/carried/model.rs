@@ -131,6 +131,10 @@ impl SourceModel for CarriedSource {
         self.moved.len()
     }
 
+    fn inner(&self) -> Option<&dyn SourceModel> {
+        Some(&*self.moved)
+    }
+
     fn cloud_at(&self, time: f32) -> GaussianCloud {
         let mut cloud = self.moved.cloud_at(time);
         let poses = cloud.means.iter_mut().zip(&mut cloud.rotations);
@@ -159,14 +163,6 @@ impl SourceModel for CarriedSource {
     fn free_flights(&self, thing: u32) -> &[[f32; 2]] {
         let path = (thing as usize).checked_sub(1).and_then(|index| self.paths.get(index));
         path.map_or(&[], |path| path.flights.as_slice())
-    }
-
-    fn time_range(&self) -> Option<[f32; 2]> {
-        self.moved.time_range()
-    }
-
-    fn known_times(&self) -> Option<&[f32]> {
-        self.moved.known_times()
     }
 
     fn before(&self, time: f32) -> Option<Box<dyn SourceModel>> {
