@@ -22,6 +22,7 @@
 //! that share particles.
 
 mod config;
+mod couple;
 mod distilled;
 mod error;
 mod handled;
@@ -45,6 +46,7 @@ pub use config::{
     Alignment, CoordinatesKind, DistillConfig, DynamicsKind, MatchingConfig, PartitionConfig,
     PartitionMethod, RolloutConfig, SharedMotionKind, TargetKind,
 };
+pub use couple::may_be_a_pair;
 pub use distilled::{Distilled, DistilledLaw, DistilledParticles};
 pub use error::DistillError;
 pub use handled::{distill_handled, is_handled};
@@ -52,9 +54,9 @@ pub use laws::linear::law::Law;
 pub use laws::linear::part::LinearPart;
 pub use laws::linear::terms::{Stiffness, Terms};
 pub use motion::object_motion::PathKind;
-pub use object::{distill, known_impacts, may_be_a_pair};
+pub use object::{distill, known_impacts};
 pub use poses::{BodyPoses, couple_of_poses, law_of_poses, part_laws_of_poses};
-pub use progress::{DistillObserver, DistillProgress, DistillStage};
+pub use progress::{DistillObserver, DistillProgress, DistillStage, LawSearch};
 pub use report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 pub use scene::{SceneDistillation, distill_objects};
 pub use segmentation::partition::Partition;

@@ -4,7 +4,7 @@ use crate::config::{CoordinatesKind, DistillConfig, DynamicsKind};
 use crate::distilled::{Distilled, DistilledLaw, DistilledParticles};
 use crate::error::DistillError;
 use crate::laws::generalised::{
-    Evidence, GeneralisedLaw, Laws, PartOfWindow, PartSearch, Surroundings, find_law,
+    GeneralisedLaw, Laws, PartOfWindow, PartSearch, Surroundings, within_errors, within_noise,
 };
 use crate::motion::denoise::denoise;
 use crate::motion::object_motion::ObjectMotion;
@@ -12,7 +12,7 @@ use crate::motion::pose::PoseKind;
 use crate::motion::shared_motion::SharedMotion;
 use crate::networks::per_particle::distill_networks;
 use crate::particles::distill_particles;
-use crate::progress::{DistillProgress, DistillStage};
+use crate::progress::{DistillProgress, DistillStage, LawSearch};
 use crate::report::{DistillReport, GeneralisedReport, PartLaw, PartLaws};
 use crate::thresholds::KNOWN_FRACTION;
 use crate::trajectories::Trajectories;
@@ -34,7 +34,9 @@ pub fn distill(
     progress: &mut dyn FnMut(DistillProgress),
 ) -> Result<Distilled, DistillError> {
     let mut prepared = Prepared::new(trajectories, (config, seed), progress)?;
-    prepared.find_law(Surroundings::default(), config, seed);
+    for search in LawSearch::OF_OBJECT {
+        prepared.seek(search, Surroundings::default(), config, seed);
+    }
     prepared.distilled((config, seed), None, progress)
 }
 
@@ -70,23 +72,52 @@ impl Prepared {
         Ok(Self::Body(Box::new(motion), None, Box::default()))
     }
 
-    /// Seeks the law of a single body among points at rest, on which it may fall.
-    pub(crate) fn find_law(&mut self, surroundings: Surroundings<'_>, config: &DistillConfig, seed: u64) {
-        if let Self::Body(motion, law, parts) = self
-            && let Some(motion) = &motion.shared
-        {
-            let motion = &motion.shared;
-            *law = law_of(&[motion], surroundings, config, seed).map(Box::new);
-            let will_do =
-                |law: &GeneralisedLaw| law.is_within_noise() || law.known.trusted[1] > motion.duration();
-            // Images show poses better than their source's tracks do: there, parts are sought in these.
-            let is_from_images = config.unresolved() > 0.0;
-            let is_rigid = motion.kind == PoseKind::Rigid;
-            if !law.as_ref().is_some_and(|law| will_do(law)) && is_rigid && !is_from_images {
-                let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
+    /// Goes through one of the searches for the law of a single body, among points at rest on which it may
+    /// fall.
+    pub(crate) fn seek(
+        &mut self,
+        search: LawSearch,
+        surroundings: Surroundings<'_>,
+        config: &DistillConfig,
+        seed: u64,
+    ) {
+        if !self.is_open_to(search, config) {
+            return;
+        }
+        let Self::Body(motion, law, parts) = self else { return };
+        let (Some(motion), Some(laws)) = (&motion.shared, laws(config)) else { return };
+        let (motion, resolution) = (&motion.shared, resolution(config));
+        let around = (laws, surroundings);
+        match search {
+            LawSearch::WithinNoise => *law = within_noise(&[motion], around, resolution, seed).map(Box::new),
+            LawSearch::WithinErrors => {
+                let within = within_errors(&[motion], around, resolution, seed);
+                *law = law.take().map(|law| Box::new(law.replaced_by(within)));
+            }
+            LawSearch::OfParts => {
                 let impacts = law.as_ref().map_or_else(Vec::new, |law| known_impacts(&law.law, &law.known));
                 **parts = parts_of(motion, &impacts, [resolution, 0.0], config, seed);
             }
+            LawSearch::OfPairs => {}
+        }
+    }
+
+    /// Whether what has been found so far leaves a search something to find.
+    pub(crate) fn is_open_to(&self, search: LawSearch, config: &DistillConfig) -> bool {
+        let Self::Body(motion, law, _) = self else { return false };
+        let Some(motion) = motion.shared.as_ref().map(|motion| &motion.shared) else { return false };
+        match search {
+            LawSearch::WithinNoise => true,
+            LawSearch::WithinErrors => law.as_ref().is_some_and(|law| law.leaves_errors(&[motion])),
+            LawSearch::OfParts => {
+                let will_do =
+                    |law: &GeneralisedLaw| law.is_within_noise() || law.known.trusted[1] > motion.duration();
+                // Images show poses better than their source's tracks do: there, parts are sought in these.
+                let is_from_images = config.unresolved() > 0.0;
+                let is_rigid = motion.kind == PoseKind::Rigid;
+                !law.as_ref().is_some_and(|law| will_do(law)) && is_rigid && !is_from_images
+            }
+            LawSearch::OfPairs => law.is_some(),
         }
     }
 
@@ -142,20 +173,6 @@ pub fn known_impacts(law: &Law, known: &Known) -> Vec<f64> {
     times
 }
 
-/// Whether two objects can be one system of two bodies, by what is known of their own laws: not if these
-/// explain both and one of them needs no force but a constant one, nor if one hits something, since laws of
-/// two bodies have neither contact nor impulses. A force towards a place may be the other body's.
-#[must_use]
-pub fn may_be_a_pair(own: [Option<(&Law, &Known)>; 2]) -> bool {
-    let is_explained = |(_, known): (&Law, &Known)| known.verdict == Verdict::Explained;
-    let is_moved_alone = |(law, _): (&Law, &Known)| !law.has_varying_potential();
-    let hits = |(law, known): (&Law, &Known)| !law.is_smooth() && known.verdict != Verdict::Outside;
-    let any = |is: &dyn Fn((&Law, &Known)) -> bool| own.into_iter().flatten().any(is);
-    let are_explained = own.iter().all(|law| law.is_some_and(is_explained));
-    let are_apart = are_explained && any(&is_moved_alone);
-    !are_apart && !any(&hits)
-}
-
 /// Laws of parts of the window that explain these, where the source does not resolve a length, and errs
 /// slowly by another one.
 pub(crate) fn parts_of(
@@ -181,18 +198,9 @@ pub(crate) fn parts_of(
     PartLaws { first: first.map(told), last: last.map(told) }
 }
 
-/// The law in generalised coordinates of one body, or of two that act on each other, where the configuration
-/// wants one.
-fn law_of(
-    bodies: &[&SharedMotion],
-    surroundings: Surroundings<'_>,
-    config: &DistillConfig,
-    seed: u64,
-) -> Option<GeneralisedLaw> {
-    let resolution = KNOWN_FRACTION * f64::from(config.forecast_tolerance);
-    let found = find_law(bodies, (laws(config)?, surroundings), resolution, seed)?;
-    tracing::debug!(law = ?found.law, known = ?found.known, "a law of the motion");
-    Some(found)
+/// Length that the source of tracks does not resolve, world units.
+pub(crate) fn resolution(config: &DistillConfig) -> f64 {
+    KNOWN_FRACTION * f64::from(config.forecast_tolerance)
 }
 
 /// The laws that the configuration admits.
@@ -201,49 +209,6 @@ pub(crate) fn laws(config: &DistillConfig) -> Option<Laws> {
         return None;
     }
     Some(if config.force == ForceKind::None { Laws::Conservative } else { Laws::All })
-}
-
-/// Two objects that act on each other.
-pub(crate) struct Couple {
-    /// The law of both.
-    pub(crate) law: DistilledLaw,
-    /// The order in which its coordinates take them.
-    pub(crate) order: [usize; 2],
-    /// How much likelier it is than a law for each of them, in units of χ².
-    pub(crate) gain: f64,
-}
-
-/// How much likelier a law of two bodies together is than a law for each of them, in units of χ²; `None` if
-/// it is not.
-pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Option<f64> {
-    let (together, apart) = (both.evidence?, a.evidence?.and(b.evidence?));
-    let inflation = Evidence::inflation([together, apart].into_iter());
-    let gain = apart.score(inflation) - together.score(inflation);
-    tracing::debug!(gain, inflation, ?together, ?apart, "two objects as one system?");
-    (gain > 0.0).then_some(gain)
-}
-
-/// The law of two objects that may be a pair, if it describes them and is likelier than a law for each of
-/// them.
-pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
-    let [a, b] = objects.map(|object| match object {
-        Prepared::Body(motion, Some(law), _) => Some((motion, law)),
-        _ => None,
-    });
-    let (a, b) = (a?, b?);
-    if !may_be_a_pair([a.1, b.1].map(|law| Some((&law.law, &law.known)))) {
-        return None;
-    }
-    let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
-    let found = law_of(&shared, Surroundings::default(), config, seed)?;
-    if found.is_refuted || found.known.verdict == Verdict::Outside {
-        return None;
-    }
-    let gain = gain(&found, [a.1, b.1])?;
-    let order = [found.order[0], found.order[1]];
-    let reports = [&a.0, &b.0].map(|motion| DistillReport::of_motion(motion));
-    let law = found.distilled(&order.map(|i| shared[i]), &DistillReport::joined(&reports), config);
-    law.report.describes_window(config).then_some(Couple { law, order, gain })
 }
 
 impl GeneralisedLaw {
@@ -272,26 +237,5 @@ impl GeneralisedLaw {
         let bases = self.bases.iter().map(|base| (base.linear, base.shift)).collect();
         let bodies = Bodies::of_sizes(&shapes.iter().map(|shape| shape.len()).collect::<Vec<_>>());
         DistilledLaw { law: self.law, start: self.start, bodies, bases, known, q0, v0, report }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use lgs_mechanics::coordinates::{Coordinates, Port};
-    use lgs_mechanics::terms::Term;
-
-    #[test]
-    fn a_force_towards_a_place_may_be_that_of_another_body() {
-        let law = |name: &str, parameters: usize| {
-            let term = Term::named(name, Port::Whole).unwrap();
-            Law::new(Coordinates::Point, vec![term], vec![1.0; parameters], 0.1).unwrap()
-        };
-        let [falls, is_pulled] = [law("uniform-field", 3), law("central-inverse-square", 4)];
-        let known = Known { verdict: Verdict::Explained, ..Known::default() };
-        let may = |a, b| may_be_a_pair([Some((a, &known)), Some((b, &known))]);
-        assert!(may(&is_pulled, &is_pulled));
-        assert!(!may(&is_pulled, &falls) && !may(&falls, &falls));
-        assert!(may_be_a_pair([Some((&falls, &known)), None]));
     }
 }

@@ -2,11 +2,12 @@
 //! or of two that act on each other.
 
 use crate::config::DistillConfig;
+use crate::couple::gain;
 use crate::distilled::DistilledLaw;
 use crate::laws::generalised::{Errors, GeneralisedLaw, Surroundings, law_within};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
-use crate::object::{gain, laws, parts_of};
+use crate::object::{laws, parts_of};
 use crate::report::{DistillReport, PartLaws};
 use glam::{DMat3, DVec3};
 

@@ -2,11 +2,12 @@
 //! are parts of others given up.
 
 use crate::config::{DistillConfig, DynamicsKind};
+use crate::couple::couple;
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
 use crate::laws::generalised::Surroundings;
-use crate::object::{Prepared, couple};
-use crate::progress::DistillObserver;
+use crate::object::Prepared;
+use crate::progress::{DistillObserver, LawSearch};
 use crate::segmentation::partition::Partition;
 use crate::segmentation::regroup::{Fate, dissolve, fraction_left_by_others};
 use crate::thresholds::{
@@ -46,7 +47,8 @@ pub fn distill_objects(
     let mut objects: Vec<Object> = Vec::new();
     let mut round = 1;
     loop {
-        objects = distil_once(trajectories, (&partition, &objects), (config, seed), observer)?;
+        let before = (&partition, objects.as_slice());
+        objects = distil_once(trajectories, before, (config, seed), &mut Round { round, observer })?;
         if config.dynamics == DynamicsKind::Networks {
             return Ok(scene_of(trajectories, objects));
         }
@@ -71,6 +73,26 @@ pub fn distill_objects(
     }
 }
 
+/// One of the times that all objects are distilled.
+struct Round<'a> {
+    /// From 1 on.
+    round: usize,
+    observer: &'a mut dyn DistillObserver,
+}
+
+impl Round<'_> {
+    /// Whether a search has something to find, and time.
+    fn goes_through(
+        &mut self,
+        search: LawSearch,
+        prepared: &[Option<Prepared>],
+        config: &DistillConfig,
+    ) -> bool {
+        let is_open = prepared.iter().flatten().any(|own| own.is_open_to(search, config));
+        is_open && (search == LawSearch::WithinNoise || self.observer.has_time_to_seek(search, self.round))
+    }
+}
+
 /// An object of one group of the partition, or of several that act on each other.
 struct Object {
     groups: Vec<usize>,
@@ -85,30 +107,36 @@ fn distil_once(
     trajectories: &Trajectories,
     (partition, before): (&Partition, &[Object]),
     (config, seed): (&DistillConfig, u64),
-    observer: &mut dyn DistillObserver,
+    round: &mut Round<'_>,
 ) -> Result<Vec<Object>, DistillError> {
     let own_seed = |group: usize| seed.wrapping_add(group as u64);
     let at_rest = at_rest(trajectories, partition);
     let surroundings = Surroundings { at_rest: &at_rest, hits: &[] };
     let mut prepared = Vec::with_capacity(partition.objects);
     for group in 0..partition.objects {
-        let mut tell = |p| observer.progress(group, partition.objects, p);
+        let mut tell = |p| round.observer.progress(group, partition.objects, p);
         let own = trajectories.select(&partition.members(group));
         prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
-    let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
-        own.iter_mut().for_each(|own| own.find_law(surroundings, config, own_seed(group)));
-    };
-    prepared.par_iter_mut().enumerate().for_each(of_group);
+    for search in LawSearch::OF_OBJECT {
+        if round.goes_through(search, &prepared, config) {
+            let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
+                own.iter_mut().for_each(|own| own.seek(search, surroundings, config, own_seed(group)));
+            };
+            prepared.par_iter_mut().enumerate().for_each(of_group);
+        }
+    }
+    let seeks_pairs = prepared.len() > 1 && round.goes_through(LawSearch::OfPairs, &prepared, config);
+    let found = if seeks_pairs { couples(&prepared, config, seed) } else { Vec::new() };
     let mut objects = Vec::with_capacity(partition.objects);
-    for (groups, law) in couples(&prepared, config, seed) {
+    for (groups, law) in found {
         groups.iter().for_each(|&group| prepared[group] = None);
         let members = groups.iter().flat_map(|&group| partition.members(group)).collect();
         objects.push(Object { groups, members, distilled: Distilled::Generalised(Box::new(law)) });
     }
     for (group, prepared) in prepared.into_iter().enumerate() {
         let Some(prepared) = prepared else { continue };
-        let mut tell = |p| observer.progress(group, partition.objects, p);
+        let mut tell = |p| round.observer.progress(group, partition.objects, p);
         let members = partition.members(group);
         let known = before.iter().find(|object| object.members == members);
         let known = known.and_then(|object| object.distilled.particles());

@@ -8,7 +8,8 @@
 //! that is resumed follows the record as far as it goes, so it repeats what was done exactly, whatever the
 //! machine does; beyond, it looks at the time again. Whether there was time to refine the Gaussians, to seek
 //! laws by the images for objects that have none and after stage 3, and for another round of stage 1 is
-//! recorded too, as is which of the longer searches for laws by the images there was time for.
+//! recorded too, as is which of the longer searches for laws, in the tracks and by the images, there was time
+//! for.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -130,8 +131,9 @@ impl Budget {
         *self.schedule.has_time_for.entry(name_of_round(Stage::Distill, round)).or_insert(fits)
     }
 
-    /// Whether the choice of laws by images has time for another search, of a given name, beside the choice
-    /// after stage 3: it takes about as long as all before it. As recorded, or by the time.
+    /// Whether stage 1, or the choice of laws by images, has time for another search, of a given name, beside a
+    /// choice by images that comes after it: each takes about as long as all before it. As recorded, or by the
+    /// time.
     pub(crate) fn has_time_for_search(&mut self, name: &str) -> bool {
         let taken = self.current.as_ref().map_or(0.0, |current| self.used() - current.begun);
         let fits = 2.0 * taken + LAST_STAGE_GRACE * self.secs <= self.left();

@@ -35,7 +35,8 @@ pub struct Schedule {
     #[serde(default)]
     pub fit_secs: f64,
     /// Whether there was time for a stage that can be left out or cut short, by its name, for a round of
-    /// stage 1, by its name and the number, and for a search for laws by images, by what was sought.
+    /// stage 1, by its name and the number, and for a search for laws in its tracks or by images, by what was
+    /// sought.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub has_time_for: BTreeMap<String, bool>,
     /// Paces in the order in which they were set.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use lgs_distill::{DistillObserver, DistillProgress};
+use lgs_distill::{DistillObserver, DistillProgress, LawSearch};
 
 use crate::budget::Budget;
 use crate::checkpoint::Stage;
@@ -33,5 +33,14 @@ impl DistillObserver for Observer<'_, '_> {
 
     fn has_time_for(&mut self, round: usize) -> bool {
         self.budget.is_none_or(|budget| budget.borrow_mut().has_time_for_round(round))
+    }
+
+    fn has_time_to_seek(&mut self, search: LawSearch, round: usize) -> bool {
+        let name = format!("{}, round {round}", search.name());
+        let has_time = self.budget.is_none_or(|budget| budget.borrow_mut().has_time_for_search(&name));
+        if !has_time {
+            tracing::warn!("the budget leaves no time to seek {}", search.name());
+        }
+        has_time
     }
 }

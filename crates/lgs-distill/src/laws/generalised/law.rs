@@ -13,7 +13,7 @@ use super::rated::Rated;
 use super::sliding::slides;
 use crate::motion::pose::PoseKind;
 use crate::motion::shared_motion::SharedMotion;
-use crate::thresholds::{BEYOND_SMOOTH, DRAWN_LAWS, JUDGED_WINDOWS, MOST_AFTER_IMPACT, RESIDUAL_TOLERANCE};
+use crate::thresholds::{DRAWN_LAWS, JUDGED_WINDOWS, MOST_AFTER_IMPACT};
 use lgs_mechanics::FORECAST_ERROR;
 use lgs_mechanics::bands::{Rival, Verdict};
 use lgs_mechanics::choose::{DESCRIBED, EXPLAINED};
@@ -22,39 +22,6 @@ use lgs_mechanics::contact::impacts;
 
 /// What laws are sought among, and the points at rest around the body.
 pub(crate) type Around<'a> = (Laws, Surroundings<'a>);
-
-/// Finds the law of shared motions at the same times, whose source does not resolve `resolution`, world
-/// units: of one body, or of two that act on each other. Where no law explains them, the source makes errors
-/// that its roughness does not tell of, and the simplest law within such errors describes the motion.
-pub(crate) fn find_law(
-    bodies: &[&SharedMotion],
-    around: Around<'_>,
-    resolution: f64,
-    seed: u64,
-) -> Option<GeneralisedLaw> {
-    let found = law_within(bodies, around, Errors::resolving(resolution), seed)?;
-    if found.known.chi_square <= DESCRIBED {
-        return Some(found);
-    }
-    let smooth_errors = RESIDUAL_TOLERANCE * SharedMotion::rms_displacement_of(bodies);
-    // No smooth law comes nearer; one through impacts, whose samples are smeared, may.
-    if found.window_error > BEYOND_SMOOTH * smooth_errors && !bodies.iter().any(|body| has_impacts(body)) {
-        return Some(found);
-    }
-    let allowance = Errors { is_allowance: true, ..Errors::resolving(resolution.max(smooth_errors)) };
-    // A law that leaves the motion by more than was allowed is none of it, though it is simpler.
-    let stays = |law: &GeneralisedLaw| !law.law.is_smooth() || law.window_error <= allowance.resolution;
-    let is_within = |law: &GeneralisedLaw| law.known.chi_square <= DESCRIBED && stays(law);
-    let described = law_within(bodies, around, allowance, seed).filter(is_within);
-    let Some(mut law) = described else { return Some(found) };
-    law.known.verdict = Verdict::Described;
-    Some(GeneralisedLaw { evidence: found.evidence, is_within_allowance: true, ..law })
-}
-
-fn has_impacts(motion: &SharedMotion) -> bool {
-    let centers: Vec<[f64; 3]> = motion.poses.iter().map(|pose| pose.shift.to_array()).collect();
-    !impacts(&motion.times, &centers).is_empty()
-}
 
 /// Errors of poses beside those that their scatter tells of, world units.
 #[derive(Clone, Copy, Debug)]
@@ -73,12 +40,14 @@ impl Errors {
         Self { slow, ..Self::resolving(0.0) }
     }
 
-    fn resolving(resolution: f64) -> Self {
+    /// No errors but those below a length that the source does not resolve.
+    pub(super) fn resolving(resolution: f64) -> Self {
         Self { resolution, slow: 0.0, is_allowance: false }
     }
 }
 
-/// The same for poses with known errors.
+/// Finds the law of shared motions at the same times, of one body, or of two that act on each other, for poses
+/// with known errors.
 pub(crate) fn law_within(
     bodies: &[&SharedMotion],
     (laws, surroundings): Around<'_>,
@@ -97,6 +66,12 @@ pub(crate) fn law_within(
         [first, second] => of_couple([first, second], laws, errors, seed),
         _ => None,
     }
+}
+
+/// Whether velocities jump between poses.
+pub(super) fn has_impacts(motion: &SharedMotion) -> bool {
+    let centers: Vec<[f64; 3]> = motion.poses.iter().map(|pose| pose.shift.to_array()).collect();
+    !impacts(&motion.times, &centers).is_empty()
 }
 
 /// The law of one rigid body.

@@ -27,6 +27,7 @@ mod placed;
 mod posterior;
 mod rated;
 mod rigid_law;
+mod search;
 mod sliding;
 #[cfg(test)]
 mod tests;
@@ -40,6 +41,7 @@ mod window;
 pub(crate) use contact::Surroundings;
 pub(crate) use evidence::Evidence;
 pub(crate) use known::GeneralisedLaw;
-pub(crate) use law::{Errors, find_law, law_within};
+pub(crate) use law::{Errors, law_within};
 pub(crate) use observed::Laws;
 pub(crate) use parts::{PartOfWindow, PartSearch};
+pub(crate) use search::{find_law, within_errors, within_noise};
