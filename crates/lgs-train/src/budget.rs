@@ -114,7 +114,7 @@ impl Budget {
         }
         let available = self.left() - self.reserve(stage);
         let has_time = match stage {
-            Stage::FitDynamics => available > 0.0,
+            Stage::FitDynamics => self.has_time_for_two(self.schedule.distill_secs),
             _ => share(stage, LastStage::TuneGaussians) * available > LEAST_SHARE * self.secs,
         };
         self.schedule.has_time_for.insert(name, has_time);
@@ -136,8 +136,14 @@ impl Budget {
     /// time.
     pub(crate) fn has_time_for_search(&mut self, name: &str) -> bool {
         let taken = self.current.as_ref().map_or(0.0, |current| self.used() - current.begun);
-        let fits = 2.0 * taken + LAST_STAGE_GRACE * self.secs <= self.left();
+        let fits = self.has_time_for_two(taken);
         *self.schedule.has_time_for.entry(name.to_owned()).or_insert(fits)
+    }
+
+    /// Whether a search for laws and the choice that comes after it, each of a length, leave time for the last
+    /// stage.
+    fn has_time_for_two(&self, secs: f64) -> bool {
+        2.0 * secs + LAST_STAGE_GRACE * self.secs <= self.left()
     }
 
     /// A stage ends.

@@ -57,7 +57,7 @@ fn time_for_the_choices_of_laws_is_kept_and_what_was_decided_holds() {
         budget.schedule.distill_secs = 400.0;
         budget.has_time_for(Stage::FitDynamics).expect("record")
     };
-    assert!(!seeks(300.0) && !seeks(1e6), "as long as laws were sought in the tracks");
+    assert!(!seeks(800.0) && !seeks(1e6), "twice as long as laws were sought in the tracks");
     let tunes = |secs| with_fit(secs, 400.0).has_time_for(Stage::TuneGaussians).expect("record");
     assert!(!tunes(405.0) && !tunes(1e6), "a few steps are worse than none");
     let has_time = |secs| with_fit(secs, 400.0).has_time_for(Stage::RetuneGaussians).expect("record");

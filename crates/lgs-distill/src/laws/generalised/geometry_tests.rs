@@ -1,6 +1,8 @@
 //! Bands that hold what is not known of a joint or of modes, over many draws of the noise.
 
+use super::kinematics::systems;
 use super::known::GeneralisedLaw;
+use super::observed::ObservedPoses;
 use super::{Laws, Surroundings, find_law};
 use crate::motion::pose::{Pose, PoseKind};
 use crate::motion::shared_motion::SharedMotion;
@@ -75,6 +77,21 @@ fn the_band_of_a_body_on_a_hinge_holds_what_is_not_known_of_the_hinge() {
     });
     let mean = shares.sum::<f64>() / 10.0;
     assert!((0.8..0.995).contains(&mean), "{mean}");
+}
+
+#[test]
+fn a_body_that_hardly_advances_as_it_turns_is_on_a_hinge_and_does_not_roll() {
+    let advances = |along: DVec3, advance: f64| {
+        let truth = |t: f64| {
+            let angle = 0.6 + 2.0 * t;
+            Pose { linear: rotation_by(DVec3::Z * angle), shift: along * advance * angle }
+        };
+        let body = seen(PoseKind::Rigid, 1, &truth);
+        let systems = systems(&ObservedPoses::new(&body, Laws::All, 0.0));
+        systems.iter().any(|system| matches!(system.coordinates, Coordinates::Rolling(_)))
+    };
+    assert_eq!([0.01, 0.1, 0.5].map(|advance| advances(DVec3::X, advance)), [false, true, true]);
+    assert!(advances(DVec3::Z, 0.01), "a screw");
 }
 
 #[test]

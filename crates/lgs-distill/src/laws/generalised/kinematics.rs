@@ -6,7 +6,7 @@ use super::nearest::nearest;
 use super::observed::{ObservedPoses, mean_pose};
 use super::turning::Turning;
 use crate::motion::pose::Pose;
-use crate::thresholds::{CENTER_COEFFICIENTS, FARTHEST_CONTACT, NEAREST_ROUNDS};
+use crate::thresholds::{CENTER_COEFFICIENTS, FARTHEST_CONTACT, NEAREST_CONTACT, NEAREST_ROUNDS};
 use glam::{DMat3, DVec3};
 use lgs_core::geometry::quaternion;
 use lgs_mechanics::choose::DESCRIBED;
@@ -212,7 +212,12 @@ fn rolling(observed: &ObservedPoses, turning: &Turning) -> Option<Configured> {
     let (points, arms) = body_points(poses, |k| vec![1.0, turning.angles[k]])?;
     let ([center, per_radian], [arm]) = (&points[..], &arms[..]) else { return None };
     let (radius, direction) = (per_radian.length(), per_radian.try_normalize()?);
-    if radius > FARTHEST_CONTACT * observed.radius() {
+    let along = direction.dot(turning.axis).abs() * radius;
+    let across = per_radian.reject_from_normalized(turning.axis).length();
+    let is_screw = along > across;
+    if radius > FARTHEST_CONTACT * observed.radius()
+        || (!is_screw && across < NEAREST_CONTACT * observed.radius())
+    {
         return None;
     }
     let rolling = Rolling {
