@@ -13,8 +13,9 @@ use rayon::prelude::*;
 use super::curve::{Curve, median_of};
 use super::texture::{Surface, TexturedView, TurningBall, spread, textured_views};
 use super::thresholds::{
-    CHANCE_DEVIATIONS, FEWEST_BLOBS, LARGEST_CORRECTION, LEAST_AGREEMENT, LEAST_GAIN, MOMENTS, MOST_PAIRS,
-    OTHER_SPINS, PAIRS_PER_VIEW, SPIN_CANDIDATES, SPIN_FINEST, SPIN_RANGE, SPIN_STEP, SPIN_WIDENING,
+    CHANCE_DEVIATIONS, FEWEST_IMAGES_OF_BALL, LARGEST_CORRECTION, LEAST_AGREEMENT, LEAST_GAIN, MOMENTS,
+    MOST_PAIRS, OTHER_SPINS, PAIRS_PER_VIEW, SPIN_CANDIDATES, SPIN_FINEST, SPIN_RANGE, SPIN_STEP,
+    SPIN_WIDENING,
 };
 
 /// The path, radius and spin of a ball whose texture tells them; none where the texture is too faint or too
@@ -27,7 +28,7 @@ pub(super) fn turning(
 ) -> Option<TurningBall> {
     let ball = TurningBall { curve: curve.clone(), radius, spin: Vec3::ZERO };
     let views = textured_views(frames, background, &ball);
-    if views.len() < FEWEST_BLOBS {
+    if views.len() < FEWEST_IMAGES_OF_BALL {
         return None;
     }
     let pairs = Pairs::new(&views);

@@ -54,8 +54,10 @@ pub(super) const RAY_SCALE: f32 = 0.05;
 pub(super) const CURVE_RIDGE: f64 = 1e-9;
 /// Most tracks of a scene.
 pub(super) const MAX_TRACKS: usize = 6;
-/// Fewest blobs that a path must pass through: more than it has coefficients per coordinate.
-pub(super) const FEWEST_BLOBS: usize = 12;
+/// Fewest blobs that a path must pass through: the ray of each gives two equations, a path has [`CURVE_DEGREE`]
+/// and one coefficients for each of three coordinates, and with fewer than twice as many equations as unknowns
+/// there is a path through blobs of nothing.
+pub(super) const FEWEST_BLOBS: usize = 3 * (CURVE_DEGREE + 1);
 /// Longest stretch without a blob, as a fraction of the whole, that a path may bridge.
 pub(super) const LONGEST_GAP: f32 = 0.25;
 /// Largest median distance of an accepted path from the rays of its blobs, in radii.
@@ -124,6 +126,8 @@ pub(super) const FINEST_SEARCH: f32 = 0.02;
 
 /// Radius of the ball in reduced images, pixels: a pixel is a degree and a half of its surface.
 pub(super) const TEXTURE_RADIUS: f32 = 40.0;
+/// Fewest images of the ball: a spin has three constants, and each image shows a part of the surface alone.
+pub(super) const FEWEST_IMAGES_OF_BALL: usize = 12;
 /// Fewest pixels of the ball in an image that counts: an eighth of its disc at half that radius.
 pub(super) const FEWEST_TEXTURED: usize = 150;
 /// Half of the window whose mean contrasts are taken against, in radii: wider than a texture's patches,
