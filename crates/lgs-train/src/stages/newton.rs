@@ -152,8 +152,9 @@ impl Newton {
 
     /// The normal equations of one object's unknowns.
     fn equations(&self, object: usize, observed: &Observed<'_>) -> NormalEquations {
-        let center = |frame: &Frame| observed.responses[object][observed.times.index(frame)][0].center;
-        let pixels = observed.frames.iter().map(|frame| pixel_at(&frame.camera, center(frame)));
+        let first = |frame: &Frame| observed.responses[object][observed.times.index(frame)].first();
+        let size = |frame: &&Frame| Some(pixel_at(&frame.camera, first(frame)?.center));
+        let pixels = observed.frames.iter().filter_map(size);
         let pixel = median(pixels).unwrap_or(0.0).max(f64::MIN_POSITIVE);
         let trajectories = tracing::trace_span!("trajectories").in_scope(|| {
             self.bodies[object].information_of_trajectories(&self.parts[object], &observed.times.0)

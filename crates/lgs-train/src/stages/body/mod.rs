@@ -51,12 +51,13 @@ impl Body {
         }
     }
 
-    /// Root mean square distance from the centre of each of its rigid parts, world units.
+    /// Root mean square distance from the centre of each of its rigid parts, world units; of a recorded motion
+    /// no part is observed.
     pub(super) fn radii(&self) -> Vec<f32> {
         match self {
             Self::Particles(body) => vec![body.radius()],
             Self::Law(body) => body.radii().to_vec(),
-            Self::Recorded => vec![1.0],
+            Self::Recorded => Vec::new(),
         }
     }
 
@@ -90,7 +91,7 @@ impl Body {
                 body.responses(alone, change, times).into_iter().map(|response| vec![response]).collect()
             }
             Self::Law(body) => body.responses(alone, change, times),
-            Self::Recorded => times.iter().map(|_| vec![Response::default()]).collect(),
+            Self::Recorded => times.iter().map(|_| Vec::new()).collect(),
         }
     }
 
