@@ -13,9 +13,9 @@ impl Newton {
         let times = &observed.times.0;
         changes.iter().enumerate().all(|(object, change)| {
             let at = |change| self.bodies[object].positions(&self.parts[object], change, times);
-            let distance = observed.frames.iter().map(|frame| {
-                let center = observed.responses[object][observed.times.index(frame)][0].center;
-                norm(sub(frame.camera.center_in_world(), center))
+            let distance = observed.frames.iter().filter_map(|frame| {
+                let first = observed.responses[object][observed.times.index(frame)].first()?;
+                Some(norm(sub(frame.camera.center_in_world(), first.center)))
             });
             stay_near([&at(&self.changes[object]), &at(change)], distance.fold(f32::INFINITY, f32::min))
         })
