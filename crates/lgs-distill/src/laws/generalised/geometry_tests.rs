@@ -80,7 +80,7 @@ fn the_band_of_a_body_on_a_hinge_holds_what_is_not_known_of_the_hinge() {
 }
 
 #[test]
-fn a_body_that_hardly_advances_as_it_turns_is_on_a_hinge_and_does_not_roll() {
+fn what_a_hinge_describes_does_not_roll_on_less_than_an_axle() {
     let advances = |along: DVec3, advance: f64| {
         let truth = |t: f64| {
             let angle = 0.6 + 2.0 * t;
@@ -90,8 +90,8 @@ fn a_body_that_hardly_advances_as_it_turns_is_on_a_hinge_and_does_not_roll() {
         let systems = systems(&ObservedPoses::new(&body, Laws::All, 0.0));
         systems.iter().any(|system| matches!(system.coordinates, Coordinates::Rolling(_)))
     };
-    assert_eq!([0.01, 0.1, 0.5].map(|advance| advances(DVec3::X, advance)), [false, true, true]);
-    assert!(advances(DVec3::Z, 0.01), "a screw");
+    // What a hinge does not describe may roll on any radius.
+    assert_eq!([0.0, 0.01, 0.5].map(|advance| advances(DVec3::X, advance)), [false, true, true]);
 }
 
 #[test]

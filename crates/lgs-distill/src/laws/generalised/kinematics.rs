@@ -125,10 +125,7 @@ fn placements(coordinates: &Coordinates, reference: &[f64], x: &[Vec<f64>]) -> V
 /// Every system of coordinates but that of a free body which the poses suggest.
 pub(super) fn systems(observed: &ObservedPoses) -> Vec<Configured> {
     let mut all = vec![point(observed)];
-    if let Some(turning) = Turning::about_one_axis(&observed.poses) {
-        all.extend(hinge(observed, &turning));
-        all.extend(rolling(observed, &turning));
-    }
+    all.extend(joints_of_one_axis(observed));
     all.extend(pivot(&observed.poses).into_iter().flat_map(|pivot| balls(observed, pivot)));
     all
 }
@@ -146,12 +143,34 @@ pub(super) fn allow_for_joint(observed: &mut ObservedPoses, slow_error: f64) {
 
 /// χ² of the poses for each degree of freedom that a joint of one freedom leaves, the best of these.
 fn left_by_joint(observed: &ObservedPoses) -> Option<f64> {
-    let turning = Turning::about_one_axis(&observed.poses)?;
-    let joints = [hinge(observed, &turning), rolling(observed, &turning)];
+    joints_of_one_axis(observed).iter().map(|joint| left_for_each(observed, joint)).min_by(f64::total_cmp)
+}
+
+/// χ² of the poses that a joint of one freedom leaves, for each degree of freedom.
+fn left_for_each(observed: &ObservedPoses, joint: &Configured) -> f64 {
     // One of six values of a sample is the joint's own.
     let values = observed.track.independent_samples() * 5.0 / 6.0;
-    let left = |system: Configured| system.chi_square / (values - system.constants as f64).max(1.0);
-    joints.into_iter().flatten().map(left).min_by(f64::total_cmp)
+    joint.chi_square / (values - joint.constants as f64).max(1.0)
+}
+
+/// The joints of a body that turns about one axis. What advances by less than any axle is thick does not roll
+/// if a hinge describes it: its source lets its place drift.
+fn joints_of_one_axis(observed: &ObservedPoses) -> Vec<Configured> {
+    let Some(turning) = Turning::about_one_axis(&observed.poses) else { return Vec::new() };
+    let hinge = hinge(observed, &turning);
+    let is_on_hinge = hinge.as_ref().is_some_and(|hinge| left_for_each(observed, hinge) <= DESCRIBED);
+    let rolling = rolling(observed, &turning);
+    let rolling = rolling.filter(|rolling| !is_on_hinge || advances(observed, &rolling.coordinates));
+    hinge.into_iter().chain(rolling).collect()
+}
+
+/// Whether a rolling body advances along its axis, as a screw, or across it by a length per radian that may be
+/// the radius of an axle.
+fn advances(observed: &ObservedPoses, rolling: &Coordinates) -> bool {
+    let Coordinates::Rolling(rolling) = rolling else { return false };
+    let (direction, axis) = (DVec3::from_array(rolling.direction), DVec3::from_array(rolling.axis));
+    let across = direction.reject_from_normalized(axis).length();
+    direction.dot(axis).abs() > across || rolling.radius * across >= NEAREST_CONTACT * observed.radius()
 }
 
 /// The systems of a free body: for each inertia, one about the centre of the particles, and one about each
@@ -212,12 +231,7 @@ fn rolling(observed: &ObservedPoses, turning: &Turning) -> Option<Configured> {
     let (points, arms) = body_points(poses, |k| vec![1.0, turning.angles[k]])?;
     let ([center, per_radian], [arm]) = (&points[..], &arms[..]) else { return None };
     let (radius, direction) = (per_radian.length(), per_radian.try_normalize()?);
-    let along = direction.dot(turning.axis).abs() * radius;
-    let across = per_radian.reject_from_normalized(turning.axis).length();
-    let is_screw = along > across;
-    if radius > FARTHEST_CONTACT * observed.radius()
-        || (!is_screw && across < NEAREST_CONTACT * observed.radius())
-    {
+    if radius > FARTHEST_CONTACT * observed.radius() {
         return None;
     }
     let rolling = Rolling {
