@@ -91,6 +91,25 @@ impl Round<'_> {
         let is_open = prepared.iter().flatten().any(|own| own.is_open_to(search, config));
         is_open && (search == LawSearch::WithinNoise || self.observer.has_time_to_seek(search, self.round))
     }
+
+    /// Goes through the searches for laws of single objects among points at rest.
+    fn seek_laws(
+        &mut self,
+        prepared: &mut [Option<Prepared>],
+        at_rest: &[[f64; 3]],
+        (config, seed): (&DistillConfig, u64),
+    ) {
+        let surroundings = Surroundings { at_rest, hits: &[] };
+        for search in LawSearch::OF_OBJECT {
+            if self.goes_through(search, prepared, config) {
+                let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
+                    let seed = seed.wrapping_add(group as u64);
+                    own.iter_mut().for_each(|own| own.seek(search, surroundings, config, seed));
+                };
+                prepared.par_iter_mut().enumerate().for_each(of_group);
+            }
+        }
+    }
 }
 
 /// An object of one group of the partition, or of several that act on each other.
@@ -110,22 +129,13 @@ fn distil_once(
     round: &mut Round<'_>,
 ) -> Result<Vec<Object>, DistillError> {
     let own_seed = |group: usize| seed.wrapping_add(group as u64);
-    let at_rest = at_rest(trajectories, partition);
-    let surroundings = Surroundings { at_rest: &at_rest, hits: &[] };
     let mut prepared = Vec::with_capacity(partition.objects);
     for group in 0..partition.objects {
         let mut tell = |p| round.observer.progress(group, partition.objects, p);
         let own = trajectories.select(&partition.members(group));
         prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
-    for search in LawSearch::OF_OBJECT {
-        if round.goes_through(search, &prepared, config) {
-            let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
-                own.iter_mut().for_each(|own| own.seek(search, surroundings, config, own_seed(group)));
-            };
-            prepared.par_iter_mut().enumerate().for_each(of_group);
-        }
-    }
+    round.seek_laws(&mut prepared, &at_rest(trajectories, partition), (config, seed));
     let seeks_pairs = prepared.len() > 1 && round.goes_through(LawSearch::OfPairs, &prepared, config);
     let found = if seeks_pairs { couples(&prepared, config, seed) } else { Vec::new() };
     let mut objects = Vec::with_capacity(partition.objects);

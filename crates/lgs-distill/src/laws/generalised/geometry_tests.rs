@@ -90,8 +90,8 @@ fn what_a_hinge_describes_does_not_roll_on_less_than_an_axle() {
         let systems = systems(&ObservedPoses::new(&body, Laws::All, 0.0));
         systems.iter().any(|system| matches!(system.coordinates, Coordinates::Rolling(_)))
     };
-    // What a hinge does not describe may roll on any radius.
-    assert_eq!([0.0, 0.01, 0.5].map(|advance| advances(DVec3::X, advance)), [false, true, true]);
+    assert_eq!([0.0, 0.01, 0.5].map(|advance| advances(DVec3::X, advance)), [false, false, true]);
+    assert!(advances(DVec3::Z, 0.1), "a screw");
 }
 
 #[test]

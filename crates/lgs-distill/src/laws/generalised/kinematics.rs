@@ -164,8 +164,8 @@ fn joints_of_one_axis(observed: &ObservedPoses) -> Vec<Configured> {
     hinge.into_iter().chain(rolling).collect()
 }
 
-/// Whether a rolling body advances along its axis, as a screw, or across it by a length per radian that may be
-/// the radius of an axle.
+/// Whether a rolling body advances along its axis, as a screw, or across it by a length per radian that may
+/// be the radius of an axle.
 fn advances(observed: &ObservedPoses, rolling: &Coordinates) -> bool {
     let Coordinates::Rolling(rolling) = rolling else { return false };
     let (direction, axis) = (DVec3::from_array(rolling.direction), DVec3::from_array(rolling.axis));

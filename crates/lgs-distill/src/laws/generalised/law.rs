@@ -46,8 +46,8 @@ impl Errors {
     }
 }
 
-/// Finds the law of shared motions at the same times, of one body, or of two that act on each other, for poses
-/// with known errors.
+/// Finds the law of shared motions at the same times, of one body, or of two that act on each other, for
+/// poses with known errors.
 pub(crate) fn law_within(
     bodies: &[&SharedMotion],
     (laws, surroundings): Around<'_>,
