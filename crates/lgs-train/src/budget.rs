@@ -131,17 +131,17 @@ impl Budget {
         *self.schedule.has_time_for.entry(name_of_round(Stage::Distill, round)).or_insert(fits)
     }
 
-    /// Whether stage 1, or the choice of laws by images, has time for another search, of a given name, beside a
-    /// choice by images that comes after it: each takes about as long as all before it. As recorded, or by the
-    /// time.
+    /// Whether stage 1, or the choice of laws by images, has time for another search, of a given name, beside
+    /// a choice by images that comes after it: each takes about as long as all before it. As recorded, or by
+    /// the time.
     pub(crate) fn has_time_for_search(&mut self, name: &str) -> bool {
         let taken = self.current.as_ref().map_or(0.0, |current| self.used() - current.begun);
         let fits = self.has_time_for_two(taken);
         *self.schedule.has_time_for.entry(name.to_owned()).or_insert(fits)
     }
 
-    /// Whether a search for laws and the choice that comes after it, each of a length, leave time for the last
-    /// stage.
+    /// Whether a search for laws and the choice that comes after it, each of a length, leave time for the
+    /// last stage.
     fn has_time_for_two(&self, secs: f64) -> bool {
         2.0 * secs + LAST_STAGE_GRACE * self.secs <= self.left()
     }

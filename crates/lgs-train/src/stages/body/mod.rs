@@ -51,8 +51,8 @@ impl Body {
         }
     }
 
-    /// Root mean square distance from the centre of each of its rigid parts, world units; of a recorded motion
-    /// no part is observed.
+    /// Root mean square distance from the centre of each of its rigid parts, world units; of a recorded
+    /// motion no part is observed.
     pub(super) fn radii(&self) -> Vec<f32> {
         match self {
             Self::Particles(body) => vec![body.radius()],
