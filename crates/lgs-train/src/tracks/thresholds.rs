@@ -54,9 +54,9 @@ pub(super) const RAY_SCALE: f32 = 0.05;
 pub(super) const CURVE_RIDGE: f64 = 1e-9;
 /// Most tracks of a scene.
 pub(super) const MAX_TRACKS: usize = 6;
-/// Fewest blobs that a path must pass through: the ray of each gives two equations, a path has one coefficient
-/// more than [`CURVE_DEGREE`] for each coordinate, and with fewer than twice as many equations as unknowns
-/// there is a path through blobs of nothing.
+/// Fewest blobs that a path must pass through: the ray of each gives two equations, a path has one
+/// coefficient more than [`CURVE_DEGREE`] for each coordinate, and with fewer than twice as many equations as
+/// unknowns there is a path through blobs of nothing.
 pub(super) const FEWEST_BLOBS: usize = 3 * (CURVE_DEGREE + 1);
 /// Longest stretch without a blob, as a fraction of the whole, that a path may bridge.
 pub(super) const LONGEST_GAP: f32 = 0.25;
