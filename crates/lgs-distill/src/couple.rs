@@ -42,26 +42,28 @@ pub(crate) fn gain(both: &GeneralisedLaw, [a, b]: [&GeneralisedLaw; 2]) -> Optio
     (gain > 0.0).then_some(gain)
 }
 
-/// The law of two objects that may be a pair, if it describes them and is likelier than a law for each of
-/// them.
+/// Pairs of objects that may be one system, by their own laws.
+pub(crate) fn possible_pairs(objects: &[Option<Prepared>]) -> Vec<[usize; 2]> {
+    let law = |object: usize| objects[object].as_ref()?.law().map(|(_, law)| (&law.law, &law.known));
+    let may = |&[a, b]: &[usize; 2]| {
+        let own = [law(a), law(b)];
+        !own.contains(&None) && may_be_a_pair(own)
+    };
+    (0..objects.len()).flat_map(|a| (a + 1..objects.len()).map(move |b| [a, b])).filter(may).collect()
+}
+
+/// The law of a possible pair, if it describes both and is likelier than a law for each of them.
 pub(crate) fn couple(objects: [&Prepared; 2], config: &DistillConfig, seed: u64) -> Option<Couple> {
-    let [a, b] = objects.map(|object| match object {
-        Prepared::Body(motion, Some(law), _) => Some((motion, law)),
-        _ => None,
-    });
-    let (a, b) = (a?, b?);
-    if !may_be_a_pair([a.1, b.1].map(|law| Some((&law.law, &law.known)))) {
-        return None;
-    }
-    let shared = [&a.0.shared.as_ref()?.shared, &b.0.shared.as_ref()?.shared];
+    let [(first, a), (second, b)] = [objects[0].law()?, objects[1].law()?];
+    let shared = [&first.shared.as_ref()?.shared, &second.shared.as_ref()?.shared];
     let around = (laws(config)?, Surroundings::default());
     let found = find_law(&shared, around, resolution(config), seed)?;
     if found.is_refuted || found.known.verdict == Verdict::Outside {
         return None;
     }
-    let gain = gain(&found, [a.1, b.1])?;
+    let gain = gain(&found, [a, b])?;
     let order = [found.order[0], found.order[1]];
-    let reports = [&a.0, &b.0].map(|motion| DistillReport::of_motion(motion));
+    let reports = [first, second].map(DistillReport::of_motion);
     let law = found.distilled(&order.map(|i| shared[i]), &DistillReport::joined(&reports), config);
     law.report.describes_window(config).then_some(Couple { law, order, gain })
 }

@@ -102,7 +102,7 @@ impl Prepared {
         }
     }
 
-    /// Whether what has been found so far leaves a search something to find.
+    /// Whether what has been found so far leaves a search for a law of the object by itself something to find.
     pub(crate) fn is_open_to(&self, search: LawSearch, config: &DistillConfig) -> bool {
         let Self::Body(motion, law, _) = self else { return false };
         let Some(motion) = motion.shared.as_ref().map(|motion| &motion.shared) else { return false };
@@ -117,7 +117,15 @@ impl Prepared {
                 let is_rigid = motion.kind == PoseKind::Rigid;
                 !law.as_ref().is_some_and(|law| will_do(law)) && is_rigid && !is_from_images
             }
-            LawSearch::OfPairs => law.is_some(),
+            LawSearch::OfPairs => false,
+        }
+    }
+
+    /// The motion of a body with a law of it, if one has been found.
+    pub(crate) fn law(&self) -> Option<(&ObjectMotion, &GeneralisedLaw)> {
+        match self {
+            Self::Body(motion, Some(law), _) => Some((motion, law)),
+            _ => None,
         }
     }
 

@@ -2,7 +2,7 @@
 //! are parts of others given up.
 
 use crate::config::{DistillConfig, DynamicsKind};
-use crate::couple::couple;
+use crate::couple::{couple, possible_pairs};
 use crate::distilled::{Distilled, DistilledLaw};
 use crate::error::DistillError;
 use crate::laws::generalised::Surroundings;
@@ -81,15 +81,8 @@ struct Round<'a> {
 }
 
 impl Round<'_> {
-    /// Whether a search has something to find, and time.
-    fn goes_through(
-        &mut self,
-        search: LawSearch,
-        prepared: &[Option<Prepared>],
-        config: &DistillConfig,
-    ) -> bool {
-        let is_open = prepared.iter().flatten().any(|own| own.is_open_to(search, config));
-        is_open && (search == LawSearch::WithinNoise || self.observer.has_time_to_seek(search, self.round))
+    fn has_time_to_seek(&mut self, search: LawSearch) -> bool {
+        search == LawSearch::WithinNoise || self.observer.has_time_to_seek(search, self.round)
     }
 
     /// Goes through the searches for laws of single objects among points at rest.
@@ -101,7 +94,8 @@ impl Round<'_> {
     ) {
         let surroundings = Surroundings { at_rest, hits: &[] };
         for search in LawSearch::OF_OBJECT {
-            if self.goes_through(search, prepared, config) {
+            let is_open = prepared.iter().flatten().any(|own| own.is_open_to(search, config));
+            if is_open && self.has_time_to_seek(search) {
                 let of_group = |(group, own): (usize, &mut Option<Prepared>)| {
                     let seed = seed.wrapping_add(group as u64);
                     own.iter_mut().for_each(|own| own.seek(search, surroundings, config, seed));
@@ -136,10 +130,12 @@ fn distil_once(
         prepared.push(Some(Prepared::new(&own, (config, own_seed(group)), &mut tell)?));
     }
     round.seek_laws(&mut prepared, &at_rest(trajectories, partition), (config, seed));
-    let seeks_pairs = prepared.len() > 1 && round.goes_through(LawSearch::OfPairs, &prepared, config);
-    let found = if seeks_pairs { couples(&prepared, config, seed) } else { Vec::new() };
+    let mut pairs = possible_pairs(&prepared);
+    if !pairs.is_empty() && !round.has_time_to_seek(LawSearch::OfPairs) {
+        pairs.clear();
+    }
     let mut objects = Vec::with_capacity(partition.objects);
-    for (groups, law) in found {
+    for (groups, law) in couples(&prepared, &pairs, config, seed) {
         groups.iter().for_each(|&group| prepared[group] = None);
         let members = groups.iter().flat_map(|&group| partition.members(group)).collect();
         objects.push(Object { groups, members, distilled: Distilled::Generalised(Box::new(law)) });
@@ -160,11 +156,10 @@ fn distil_once(
 /// first, each group once.
 fn couples(
     prepared: &[Option<Prepared>],
+    pairs: &[[usize; 2]],
     config: &DistillConfig,
     seed: u64,
 ) -> Vec<(Vec<usize>, DistilledLaw)> {
-    let count = prepared.len();
-    let pairs: Vec<[usize; 2]> = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).collect();
     let of_pair = |&[a, b]: &[usize; 2]| {
         let (Some(first), Some(second)) = (&prepared[a], &prepared[b]) else { return None };
         let found = couple([first, second], config, seed.wrapping_add(a as u64))?;
