@@ -102,7 +102,7 @@ impl Prepared {
         }
     }
 
-    /// Whether what has been found so far leaves a search for a law of the object by itself something to find.
+    /// Whether what has been found so far leaves a search for a law of this object alone something to find.
     pub(crate) fn is_open_to(&self, search: LawSearch, config: &DistillConfig) -> bool {
         let Self::Body(motion, law, _) = self else { return false };
         let Some(motion) = motion.shared.as_ref().map(|motion| &motion.shared) else { return false };
