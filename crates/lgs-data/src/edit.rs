@@ -18,6 +18,19 @@ pub struct MotionEdit {
     pub force_scale: f64,
 }
 
+/// The edits that every synthetic scene with a law shows, by the names of their splits.
+pub const SHOWN: [(&str, MotionEdit); 5] = [
+    ("edit-velocity-half", scaled(0.5, 1.0, 1.0)),
+    ("edit-potential-half", scaled(1.0, 0.5, 1.0)),
+    ("edit-potential-double", scaled(1.0, 2.0, 1.0)),
+    ("edit-force-none", scaled(1.0, 1.0, 0.0)),
+    ("edit-force-double", scaled(1.0, 1.0, 2.0)),
+];
+
+const fn scaled(velocity_scale: f64, potential_scale: f64, force_scale: f64) -> MotionEdit {
+    MotionEdit { velocity_scale, potential_scale, force_scale }
+}
+
 impl Default for MotionEdit {
     /// The motion as it was.
     fn default() -> Self {

@@ -13,7 +13,7 @@
 //! | past | 16 times, −0.75 … −0.75/16 | the same |
 //! | edit-… | 1/4, 1/2, 3/4, 1 | one held-out, one training |
 //!
-//! The splits `edit-…` ([`EDITS`]) show the same start under other scales α, β, γ, which stand under `edit`
+//! The splits `edit-…` ([`SHOWN`]) show the same start under other scales α, β, γ, which stand under `edit`
 //! in their `transforms_edit-*.json`; their ground truth, from 0 to 2.25, is in
 //! `ground_truth_edit-*.safetensors`.
 //! Scenes that no law explains have none.
@@ -27,7 +27,7 @@ use super::trace::{self, Backdrop};
 use super::truth;
 use super::view::{HELD_OUT, View};
 use crate::dataset::{Progress, write_split};
-use crate::edit::MotionEdit;
+use crate::edit::{MotionEdit, SHOWN};
 use crate::files::{self, FileError};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -55,18 +55,6 @@ const TRUTH_POINTS: usize = 500;
 
 /// Times of an edited split.
 const EDIT_TIMES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-/// The splits of every scene with a law that show edits.
-pub(super) const EDITS: [(&str, MotionEdit); 5] = [
-    ("edit-velocity-half", scaled(0.5, 1.0, 1.0)),
-    ("edit-potential-half", scaled(1.0, 0.5, 1.0)),
-    ("edit-potential-double", scaled(1.0, 2.0, 1.0)),
-    ("edit-force-none", scaled(1.0, 1.0, 0.0)),
-    ("edit-force-double", scaled(1.0, 1.0, 2.0)),
-];
-
-const fn scaled(velocity_scale: f64, potential_scale: f64, force_scale: f64) -> MotionEdit {
-    MotionEdit { velocity_scale, potential_scale, force_scale }
-}
 
 /// Images of one motion: the scene's own, or an edited one.
 struct Take {
@@ -136,7 +124,7 @@ fn takes(scene: &Scene, options: &SynthOptions) -> Vec<Take> {
         let stage = scene.stage.edited(edit)?;
         Some(Take { stage, splits: vec![(split, Some(edit))], shots: edit_shots(split, options) })
     };
-    takes.extend(EDITS.iter().filter_map(edited));
+    takes.extend(SHOWN.iter().filter_map(edited));
     takes
 }
 

@@ -1,5 +1,6 @@
 //! How far forecasts under edits are trusted.
 
+use lgs_data::edit::SHOWN;
 use lgs_dynamics::Edit;
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::Role;
@@ -7,19 +8,7 @@ use lgs_model::LagrangianScene;
 use serde::{Deserialize, Serialize};
 
 use super::ObjectLaw;
-
-/// The edits that are told of: those of the synthetic scenes.
-const TOLD: [Edit; 5] = [
-    scaled(0.5, 1.0, 1.0),
-    scaled(1.0, 0.5, 1.0),
-    scaled(1.0, 2.0, 1.0),
-    scaled(1.0, 1.0, 0.0),
-    scaled(1.0, 1.0, 2.0),
-];
-
-const fn scaled(velocity_scale: f32, potential_scale: f32, force_scale: f32) -> Edit {
-    Edit { velocity_scale, potential_scale, force_scale }
-}
+use crate::physics::edited::scales;
 
 /// How far the forecast of an edited motion is trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,7 +51,8 @@ impl ObjectLaw {
             Some(TrustedEdit { velocity_scale, potential_scale, force_scale, trusted })
         };
         if self.verdict == Verdict::Explained {
-            self.edits = TOLD.iter().filter(matters).filter_map(told).collect();
+            let shown = SHOWN.map(|(_, edit)| scales(edit));
+            self.edits = shown.iter().filter(matters).filter_map(told).collect();
         }
         self
     }
