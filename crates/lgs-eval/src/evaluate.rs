@@ -19,7 +19,7 @@ use crate::metrics::{
 };
 use crate::physics::Truth;
 use crate::physics::cycle::cycle_errors;
-use crate::physics::edited::{edited_trajectory_errors, scales};
+use crate::physics::edited::edited_trajectory_errors;
 use crate::physics::energy::energy_drift;
 use crate::physics::extent::{
     pixel_extent, pixel_extent_against_images, reach_against_truth, source_pixel_extent, spread_against_truth,
@@ -28,6 +28,7 @@ use crate::physics::fall::fall_time_exponent;
 use crate::physics::force::forces_and_objects;
 use crate::physics::potential::potential_against_truth;
 use crate::physics::trajectory::trajectory_errors;
+use crate::scales::scales;
 use crate::split_score::{FrameRow, aggregate, foreground_rule, score_frames};
 
 /// A run's two models, and the truth that they are compared with.

@@ -22,6 +22,7 @@ mod metrics;
 mod object_law;
 pub mod physics;
 mod render;
+mod scales;
 mod split_score;
 pub mod table;
 mod thresholds;

@@ -8,7 +8,7 @@ use lgs_model::LagrangianScene;
 use serde::{Deserialize, Serialize};
 
 use super::ObjectLaw;
-use crate::physics::edited::scales;
+use crate::scales::scales;
 
 /// How far the forecast of an edited motion is trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

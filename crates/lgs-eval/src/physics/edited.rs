@@ -4,21 +4,12 @@ use std::collections::BTreeMap;
 
 use lgs_data::edit::MotionEdit;
 use lgs_data::synth::GroundTruth;
-use lgs_dynamics::{Edit, Reversal};
+use lgs_dynamics::Reversal;
 use lgs_model::{LagrangianScene, Motion};
 
 use super::trajectory::trajectory_errors;
 use super::truth::Truth;
-
-/// An edit of a dataset as one of the dynamics.
-#[must_use]
-pub fn scales(edit: MotionEdit) -> Edit {
-    Edit {
-        velocity_scale: edit.velocity_scale as f32,
-        potential_scale: edit.potential_scale as f32,
-        force_scale: edit.force_scale as f32,
-    }
-}
+use crate::scales::scales;
 
 /// Position errors of a scene under every edit whose truth is known, over the mean path length of that truth,
 /// by the name of the edit and by time; times without an error are left out.
