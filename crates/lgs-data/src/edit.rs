@@ -19,7 +19,7 @@ pub struct MotionEdit {
 }
 
 /// The edits that every synthetic scene with a law shows, by the names of their splits.
-pub const SHOWN: [(&str, MotionEdit); 5] = [
+pub const SYNTHETIC_EDITS: [(&str, MotionEdit); 5] = [
     ("edit-velocity-half", scaled(0.5, 1.0, 1.0)),
     ("edit-potential-half", scaled(1.0, 0.5, 1.0)),
     ("edit-potential-double", scaled(1.0, 2.0, 1.0)),

@@ -36,7 +36,7 @@ pub use scenes::{SceneInfo, scenes};
 pub use truth::GroundTruth;
 
 use crate::dataset::Progress;
-use crate::edit::{MotionEdit, SHOWN};
+use crate::edit::{MotionEdit, SYNTHETIC_EDITS};
 use crate::frames::FrameSequence;
 use law_file::law;
 use scenes::Scene;
@@ -98,7 +98,7 @@ pub fn edited_ground_truths(
         let stage = scene.stage.edited(edit)?;
         Some((edit, truth::follow(&stage, times, points_per_object, seed, serde_json::Value::Null)))
     };
-    Ok(SHOWN.iter().filter_map(|&(_, edit)| edited(edit)).collect())
+    Ok(SYNTHETIC_EDITS.iter().filter_map(|&(_, edit)| edited(edit)).collect())
 }
 
 /// The true tracks of 160 surface points of every object over the captured window, at 61 times, as frames of

@@ -13,7 +13,7 @@
 //! | past | 16 times, −0.75 … −0.75/16 | the same |
 //! | edit-… | 1/4, 1/2, 3/4, 1 | one held-out, one training |
 //!
-//! The splits `edit-…` ([`SHOWN`]) show the same start under other scales α, β, γ, which stand under `edit`
+//! The splits `edit-…` ([`SYNTHETIC_EDITS`]) show the same start under other scales α, β, γ, which stand under `edit`
 //! in their `transforms_edit-*.json`; their ground truth, from 0 to 2.25, is in
 //! `ground_truth_edit-*.safetensors`.
 //! Scenes that no law explains have none.
@@ -27,7 +27,7 @@ use super::trace::{self, Backdrop};
 use super::truth;
 use super::view::{HELD_OUT, View};
 use crate::dataset::{Progress, write_split};
-use crate::edit::{MotionEdit, SHOWN};
+use crate::edit::{MotionEdit, SYNTHETIC_EDITS};
 use crate::files::{self, FileError};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -124,7 +124,7 @@ fn takes(scene: &Scene, options: &SynthOptions) -> Vec<Take> {
         let stage = scene.stage.edited(edit)?;
         Some(Take { stage, splits: vec![(split, Some(edit))], shots: edit_shots(split, options) })
     };
-    takes.extend(SHOWN.iter().filter_map(edited));
+    takes.extend(SYNTHETIC_EDITS.iter().filter_map(edited));
     takes
 }
 

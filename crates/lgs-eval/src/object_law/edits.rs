@@ -1,6 +1,6 @@
 //! How far forecasts under edits are trusted.
 
-use lgs_data::edit::SHOWN;
+use lgs_data::edit::SYNTHETIC_EDITS;
 use lgs_dynamics::Edit;
 use lgs_mechanics::bands::Verdict;
 use lgs_mechanics::terms::Role;
@@ -51,7 +51,7 @@ impl ObjectLaw {
             Some(TrustedEdit { velocity_scale, potential_scale, force_scale, trusted })
         };
         if self.verdict == Verdict::Explained {
-            let shown = SHOWN.map(|(_, edit)| scales(edit));
+            let shown = SYNTHETIC_EDITS.map(|(_, edit)| scales(edit));
             self.edits = shown.iter().filter(matters).filter_map(told).collect();
         }
         self
