@@ -13,8 +13,8 @@
 //! | past | 16 times, −0.75 … −0.75/16 | the same |
 //! | edit-… | 1/4, 1/2, 3/4, 1 | one held-out, one training |
 //!
-//! The splits `edit-…` ([`SYNTHETIC_EDITS`]) show the same start under other scales α, β, γ, which stand under `edit`
-//! in their `transforms_edit-*.json`; their ground truth, from 0 to 2.25, is in
+//! The splits `edit-…` ([`SYNTHETIC_EDITS`]) show the same start under other scales α, β, γ, which stand
+//! under `edit` in their `transforms_edit-*.json`; their ground truth, from 0 to 2.25, is in
 //! `ground_truth_edit-*.safetensors`.
 //! Scenes that no law explains have none.
 
