@@ -25,7 +25,7 @@ use measure::{Row, measured};
 use std::ops::RangeInclusive;
 
 /// Scenes with one law for each object or two, and the three that no law explains.
-const SCENES: [&str; 57] = [
+const SCENES: [&str; 59] = [
     "falling-ball",
     "fan",
     "sled",
@@ -79,6 +79,8 @@ const SCENES: [&str; 57] = [
     "rocket",
     "braked-top",
     "repelling-pair",
+    "random-fields",
+    "random-hinge",
     "walker",
     "led",
     "grabbed",

@@ -60,6 +60,16 @@ impl Draws {
         sign * self.within(range)
     }
 
+    /// One of `count` numbers from 0 on, each as likely as the others.
+    pub(super) fn one_of(&mut self, count: usize) -> usize {
+        self.rng.random_range(0..count)
+    }
+
+    /// Whether something happens that has a probability.
+    pub(super) fn happens(&mut self, probability: f64) -> bool {
+        self.within(0.0..1.0) < probability
+    }
+
     /// A horizontal unit vector.
     pub(super) fn horizontal(&mut self) -> DVec3 {
         let azimuth = self.within(0.0..TAU);

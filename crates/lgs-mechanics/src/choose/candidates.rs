@@ -76,11 +76,19 @@ const OF_AN_AXIS: &[&[&str]] = &[
 ];
 
 /// Energies of an angle and of an offset along a rail that further forces come with …
-const ENERGIES_OF_AN_AXIS: &[&[&str]] =
-    &[&[], &["uniform-field"], &["spring"], &["fourier"], &["fourier-two"], &["quartic-radial"]];
+const ENERGIES_OF_AN_AXIS: &[&[&str]] = &[
+    &[],
+    &["uniform-field"],
+    &["spring"],
+    &["fourier"],
+    &["fourier-two"],
+    &["spring", "fourier"],
+    &["quartic-radial"],
+];
 
 /// … and these forces.
 const FORCES_ON_AN_AXIS: &[&[&str]] = &[
+    &[],
     &["linear-drag"],
     &["quadratic-drag"],
     &["dry-friction"],

@@ -5,11 +5,13 @@
 
 mod candidates;
 mod further;
+mod neighbours;
 #[cfg(test)]
 mod tests;
 
 pub use candidates::{candidates, further_candidates, simplicity, surrounded_candidates};
 pub use further::{choose_as_simple, choose_further};
+pub use neighbours::choose_among_neighbours;
 
 use crate::candidate::Candidate;
 use crate::fit::{Fitted, Settings, Track, approach, first_values, shoot};

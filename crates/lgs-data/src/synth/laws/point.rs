@@ -145,7 +145,7 @@ impl Field {
         }
     }
 
-    fn is_conservative(&self) -> bool {
+    pub(in super::super) fn is_conservative(&self) -> bool {
         matches!(
             self,
             Self::Gravity(_)

@@ -13,6 +13,7 @@ mod free_bodies;
 mod hinges;
 mod machines;
 mod objects;
+mod random;
 mod room;
 mod thrown;
 mod unexplained;
@@ -36,7 +37,7 @@ pub(super) struct Scene {
 }
 
 fn entries() -> impl Iterator<Item = &'static Entry> {
-    let groups: [&[Entry]; 11] = [
+    let groups: [&[Entry]; 12] = [
         &objects::ENTRIES,
         &room::ENTRIES,
         &hinges::ENTRIES,
@@ -47,6 +48,7 @@ fn entries() -> impl Iterator<Item = &'static Entry> {
         &flows::ENTRIES,
         &machines::ENTRIES,
         &walls::ENTRIES,
+        &random::ENTRIES,
         &unexplained::ENTRIES,
     ];
     groups.into_iter().flatten()

@@ -8,8 +8,8 @@ use glam::{DMat3, DQuat, DVec3};
 use lgs_core::geometry::{components, nearest_rotation, quaternion, trace};
 use lgs_mechanics::Candidate;
 use lgs_mechanics::choose::{
-    Choice, DESCRIBED, candidates, choose_as_simple, choose_beside, choose_further, further_candidates,
-    surrounded_candidates,
+    Choice, DESCRIBED, candidates, choose_among_neighbours, choose_as_simple, choose_beside, choose_further,
+    further_candidates, surrounded_candidates,
 };
 use lgs_mechanics::coordinates::{Coordinates, Hinge, Inertia};
 use lgs_mechanics::fit::Track;
@@ -42,9 +42,11 @@ impl Laws {
     }
 
     fn admitted(self, list: Vec<Candidate>) -> Vec<Candidate> {
-        let conserves =
-            |candidate: &Candidate| candidate.terms.iter().all(|term| term.kind.role() == Role::Conserves);
-        list.into_iter().filter(|c| self == Self::All || conserves(c)).collect()
+        list.into_iter().filter(|candidate| self.admits(candidate)).collect()
+    }
+
+    fn admits(self, candidate: &Candidate) -> bool {
+        self == Self::All || candidate.terms.iter().all(|term| term.kind.role() == Role::Conserves)
     }
 }
 
@@ -137,12 +139,14 @@ impl ObservedPoses {
         let scales = track.scales(coordinates);
         let found = choose_further(choice, (&first, &further), track, &scales);
         let surrounded = self.laws.surrounded(coordinates);
-        match found {
+        let found = match found {
             Some(found) if found.judged.iter().any(|judged| found.explains(judged)) => {
                 Some(choose_as_simple(found, (&first, &[further, surrounded].concat()), track, &scales))
             }
             found => choose_further(found, (&[first, further].concat(), &surrounded), track, &scales),
-        }
+        };
+        let admits = |candidate: &Candidate| self.laws.admits(candidate);
+        Some(choose_among_neighbours(found?, coordinates, &admits, (track, &scales)))
     }
 
     /// χ² of other poses at the same times, whitened.
