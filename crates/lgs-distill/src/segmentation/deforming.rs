@@ -66,6 +66,11 @@ pub(super) fn take_in(
     groups
 }
 
+/// Whether a group is no rigid body but a deforming one.
+pub(super) fn is_deforming(trajectories: &Trajectories, members: &[usize]) -> bool {
+    deformation(trajectories, members).is_some()
+}
+
 /// The affine motion of a group that is no rigid body but a deforming one.
 fn deformation(trajectories: &Trajectories, members: &[usize]) -> Option<Vec<Pose>> {
     let [own, rest] = piece(trajectories, members.to_vec()).left;

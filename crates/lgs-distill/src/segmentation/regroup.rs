@@ -5,11 +5,11 @@
 //! motion is fitted robustly, objects that move alike are merged, and each moving particle goes to the motion
 //! that explains its path best, or to rest if that does. Particles that no motion explains are grouped anew
 //! among themselves. At last the pieces of bodies that deform are put together, and take in what rests beside
-//! them only because no rigid motion explains it. A scene that is one body with nothing static beside it is
-//! left as it is.
+//! them only because no rigid motion explains it; such a body of which no piece is left is one all the same. A
+//! scene that is one body with nothing static beside it is left as it is.
 
 use super::articulated::part_groups;
-use super::deforming::{merge_pieces, take_in};
+use super::deforming::{is_deforming, merge_pieces, take_in};
 use super::graph::components;
 use super::partition::Partition;
 use super::rigid_groups::{distinct_motions, median_fraction_left, motion_of, nearest_motion};
@@ -39,8 +39,9 @@ pub(crate) fn regroup(
     let regrouping = Regrouping { trajectories, moving: &moving, config };
     let groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();
     let mut groups = part_groups(trajectories, groups, config.smallest_object);
-    if groups.len() == 1 && moving.len() == trajectories.len() {
-        return Ok(partition);
+    let whole = merge_pieces(trajectories, groups.clone(), config.neighbors);
+    if whole.len() == 1 && moving.len() == trajectories.len() {
+        return Ok(Partition::of_groups(whole, trajectories.len()));
     }
     for round in 0..config.regroup_rounds {
         // The last round leaves no particle unexplained: each takes its nearest motion, or rests.
@@ -54,8 +55,17 @@ pub(crate) fn regroup(
     let groups = merge_pieces(trajectories, groups, config.neighbors);
     let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
     let loose = moving.into_iter().filter(|i| !taken.contains(i)).collect();
-    let groups = take_in(trajectories, groups, loose, f64::from(config.displacement_tolerance));
+    let mut groups = take_in(trajectories, groups, loose, f64::from(config.displacement_tolerance));
+    groups.extend(lost(trajectories, whole, &groups));
     Ok(Partition::of_groups(groups, trajectories.len()))
+}
+
+/// The deforming bodies of which no particle is in a group any more: no rigid motion explains any.
+fn lost(trajectories: &Trajectories, bodies: Vec<Vec<usize>>, groups: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
+    let is_lost =
+        |body: &Vec<usize>| body.iter().all(|i| !taken.contains(i)) && is_deforming(trajectories, body);
+    bodies.into_iter().filter(is_lost).collect()
 }
 
 /// What becomes of an object.
@@ -210,6 +220,26 @@ mod tests {
             let labels: Vec<i32> =
                 found.object.iter().zip(&truth).filter(|(_, t)| **t == object).map(|(f, _)| *f).collect();
             assert!(labels[0] >= 0 && labels.iter().all(|l| *l == labels[0]), "{labels:?}");
+        }
+    }
+
+    #[test]
+    fn a_deforming_body_in_two_pieces_is_one_object_alone_and_beside_what_rests() {
+        let at = |i: usize| [(i % 10) as f32 * 0.1, (i / 10 % 6) as f32 * 0.1, (i / 60 % 4) as f32 * 0.1];
+        let stretched = |t: f32, p: [f32; 3]| {
+            let [a, b] = [0.4 * (6.0 * t).sin(), 0.4 * (9.0 * t + 1.0).sin()];
+            [p[0] * (1.0 + a), p[1] * (1.0 + b) + a * p[0], p[2] * (1.0 - a)]
+        };
+        let times: Vec<f32> = (0..40).map(|i| 0.02 * i as f32).collect();
+        for rests in [0, 120] {
+            let place =
+                |t: f32, i: usize| if i < 240 { stretched(t, at(i)) } else { [5.0, 0.1 * i as f32, 0.0] };
+            let positions = times.iter().map(|&t| (0..240 + rests).map(|i| place(t, i)).collect()).collect();
+            let object = (0..240 + rests).map(|i| if i < 240 { i32::from(i % 10 > 5) } else { -1 }).collect();
+            let trajectories = Trajectories::unweighted(times.clone(), positions);
+            let given = Partition { object, objects: 2 };
+            let found = regroup(&trajectories, given, &PartitionConfig::default()).expect("regroup");
+            assert_eq!((found.objects, found.members(0).len()), (1, 240), "{rests} at rest");
         }
     }
 
