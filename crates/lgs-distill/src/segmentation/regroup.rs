@@ -5,8 +5,8 @@
 //! motion is fitted robustly, objects that move alike are merged, and each moving particle goes to the motion
 //! that explains its path best, or to rest if that does. Particles that no motion explains are grouped anew
 //! among themselves. At last the pieces of bodies that deform are put together, and take in what rests beside
-//! them only because no rigid motion explains it; such a body of which no piece is left is one all the same. A
-//! scene that is one body with nothing static beside it is left as it is.
+//! them only because no rigid motion explains it; such a body of which no piece is left is one all the same.
+//! A scene that is one body with nothing static beside it is left as it is.
 
 use super::articulated::part_groups;
 use super::deforming::{is_deforming, merge_pieces, take_in};

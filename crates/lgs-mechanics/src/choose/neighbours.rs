@@ -1,5 +1,5 @@
-//! Laws that differ from the likeliest one in one of its parts: what holds a body, a uniform field, what turns
-//! its velocity, what resists or drives it.
+//! Laws that differ from the likeliest one in one of its parts: what holds a body, a uniform field, what
+//! turns its velocity, what resists or drives it.
 
 use super::{Choice, Effort, Judged, among, judge};
 use crate::candidate::Candidate;
@@ -18,7 +18,6 @@ const OF_A_POINT: &[Part] = &[
         &[],
         &["spring"],
         &["spring-positive"],
-        &["spring-full"],
         &["spring-length"],
         &["quartic-radial"],
         &["quartic-axis"],
@@ -62,8 +61,8 @@ fn parts_of(coordinates: &Coordinates) -> &'static [Part] {
     }
 }
 
-/// The choice with admitted laws that have another of the parts of the likeliest one, and then of the one that
-/// is the likeliest among these, until none is likelier.
+/// The choice with admitted laws that have another of the parts of the likeliest one, and then of the one
+/// that is the likeliest among these, until none is likelier.
 #[must_use]
 pub fn choose_among_neighbours(
     mut choice: Choice,
@@ -135,7 +134,7 @@ mod tests {
         assert!(is_near(&["spring"]) && is_near(&["spring", "linear-drag"]));
         assert!(is_near(&["linear-drag", "swirl"]) && is_near(&["central-power", "linear-drag", "swirl"]));
         assert!(!is_near(&["quartic-axis", "gyroscopic", "linear-drag", "swirl"]));
-        assert_eq!(near.len(), 1 + 9 + 1 + 6);
+        assert_eq!(near.len(), 1 + 8 + 1 + 6);
     }
 
     #[test]

@@ -22,8 +22,9 @@ pub(super) const ENTRIES: [Entry; 2] = [
     Entry::new(
         "random-hinge",
         "a body on a hinge with torques drawn at random: what it swings on, a motor, what resists it",
-        "held by nothing, its weight, its weight and a magnet, a torsion spring, or weight and spring; often \
-         a torque of 2 to 6 where there is no spring; resisted by nothing, linear or quadratic drag, or dry friction",
+        "held by nothing, its weight, its weight and a magnet, a torsion spring, or weight and spring; \
+         often a torque of 2 to 6 where there is no spring; resisted by nothing, linear or quadratic drag, \
+         or dry friction",
         random_hinge,
     ),
 ];
@@ -77,19 +78,19 @@ fn held(draws: &mut Draws) -> (DVec3, DVec3, Vec<Field>) {
             };
             (start, velocity, vec![band])
         }
-        4 => {
-            let (c, w, k) = (draws.within(8.0..14.0), draws.within(0.4..0.55), draws.within(8.0..16.0));
-            (start, velocity, vec![Field::DoubleWell { center, along: out, c, w, k }])
-        }
-        _ => {
-            let (k, cubic) = (draws.within(6.0..14.0), draws.within(15.0..40.0));
-            (
-                start,
-                velocity,
-                vec![Field::Power { center, k, n: 1.0 }, Field::Power { center, k: cubic, n: 3.0 }],
-            )
-        }
+        kind => (start, velocity, quartic(draws, kind == 4, out)),
     }
+}
+
+/// A double well along a direction, or a spring that stiffens.
+fn quartic(draws: &mut Draws, is_double_well: bool, along: DVec3) -> Vec<Field> {
+    let center = DVec3::ZERO;
+    if is_double_well {
+        let (c, w, k) = (draws.within(8.0..14.0), draws.within(0.4..0.55), draws.within(8.0..16.0));
+        return vec![Field::DoubleWell { center, along, c, w, k }];
+    }
+    let (k, cubic) = (draws.within(6.0..14.0), draws.within(15.0..40.0));
+    vec![Field::Power { center, k, n: 1.0 }, Field::Power { center, k: cubic, n: 3.0 }]
 }
 
 fn resistance(draws: &mut Draws) -> Option<Field> {
