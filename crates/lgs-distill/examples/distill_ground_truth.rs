@@ -24,7 +24,7 @@ mod thresholds;
 use measure::{Row, measured};
 use std::ops::RangeInclusive;
 
-/// Scenes with one law for each object or two, and the three that no law explains.
+/// Scenes with one law for each object or two, and those that no law explains.
 const SCENES: [&str; 59] = [
     "falling-ball",
     "fan",

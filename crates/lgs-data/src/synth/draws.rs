@@ -56,7 +56,7 @@ impl Draws {
 
     /// A number of a range, of either sign.
     pub(super) fn either_sign(&mut self, range: Range<f64>) -> f64 {
-        let sign = if self.rng.random_range(0.0..1.0) < 0.5 { -1.0 } else { 1.0 };
+        let sign = if self.happens(0.5) { -1.0 } else { 1.0 };
         sign * self.within(range)
     }
 
@@ -91,6 +91,6 @@ impl Draws {
 
     /// One of the sets of colours.
     pub(super) fn palette(&mut self) -> [u32; 3] {
-        PALETTES[self.rng.random_range(0..PALETTES.len())]
+        PALETTES[self.one_of(PALETTES.len())]
     }
 }

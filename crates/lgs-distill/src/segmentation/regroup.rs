@@ -38,11 +38,15 @@ pub(crate) fn regroup(
     }
     let regrouping = Regrouping { trajectories, moving: &moving, config };
     let groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();
-    let mut groups = part_groups(trajectories, groups, config.smallest_object);
-    let whole = merge_pieces(trajectories, groups.clone(), config.neighbors);
-    if whole.len() == 1 && moving.len() == trajectories.len() {
-        return Ok(Partition::of_groups(whole, trajectories.len()));
+    let first = part_groups(trajectories, groups, config.smallest_object);
+    let bodies = || merge_pieces(trajectories, first.clone(), config.neighbors);
+    if moving.len() == trajectories.len() {
+        let bodies = bodies();
+        if bodies.len() == 1 {
+            return Ok(Partition::of_groups(bodies, trajectories.len()));
+        }
     }
+    let mut groups = first.clone();
     for round in 0..config.regroup_rounds {
         // The last round leaves no particle unexplained: each takes its nearest motion, or rests.
         let tolerance = if round + 1 == config.regroup_rounds {
@@ -56,16 +60,14 @@ pub(crate) fn regroup(
     let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
     let loose = moving.into_iter().filter(|i| !taken.contains(i)).collect();
     let mut groups = take_in(trajectories, groups, loose, f64::from(config.displacement_tolerance));
-    groups.extend(lost(trajectories, whole, &groups));
-    Ok(Partition::of_groups(groups, trajectories.len()))
-}
-
-/// The deforming bodies of which no particle is in a group any more: no rigid motion explains any.
-fn lost(trajectories: &Trajectories, bodies: Vec<Vec<usize>>, groups: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    // No rigid motion explains any particle of a body that deforms as a whole: none is in a group then.
     let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
-    let is_lost =
-        |body: &Vec<usize>| body.iter().all(|i| !taken.contains(i)) && is_deforming(trajectories, body);
-    bodies.into_iter().filter(is_lost).collect()
+    let is_lost = |members: &Vec<usize>| members.iter().all(|i| !taken.contains(i));
+    if first.iter().any(is_lost) {
+        let deforms = |body: &Vec<usize>| is_lost(body) && is_deforming(trajectories, body);
+        groups.extend(bodies().into_iter().filter(deforms));
+    }
+    Ok(Partition::of_groups(groups, trajectories.len()))
 }
 
 /// What becomes of an object.

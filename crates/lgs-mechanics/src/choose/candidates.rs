@@ -76,7 +76,7 @@ const OF_AN_AXIS: &[&[&str]] = &[
 ];
 
 /// Energies of an angle and of an offset along a rail that further forces come with …
-const ENERGIES_OF_AN_AXIS: &[&[&str]] = &[
+pub(super) const ENERGIES_OF_AN_AXIS: &[&[&str]] = &[
     &[],
     &["uniform-field"],
     &["spring"],

@@ -1,6 +1,7 @@
 //! Laws that differ from the likeliest one in one of its parts: what holds a body, a uniform field, what
 //! turns its velocity, what resists or drives it.
 
+use super::candidates::ENERGIES_OF_AN_AXIS;
 use super::{Choice, Effort, Judged, among, judge};
 use crate::candidate::Candidate;
 use crate::coordinates::{Coordinates, Port};
@@ -11,7 +12,8 @@ use rayon::prelude::*;
 /// What a part of a law may be, each a set of terms.
 type Part = &'static [&'static [&'static str]];
 
-/// Parts of a law of a point.
+/// Parts of a law of a point. A stiffness that holds it is `spring-positive`; `spring-full`, which may also
+/// throw it off, has as many unknowns and would be as likely.
 const OF_A_POINT: &[Part] = &[
     &[&[], &["uniform-field"]],
     &[
@@ -39,15 +41,7 @@ const OF_A_POINT: &[Part] = &[
 
 /// Parts of a law of an angle or of an offset along a rail.
 const OF_AN_AXIS: &[Part] = &[
-    &[
-        &[],
-        &["uniform-field"],
-        &["spring"],
-        &["fourier"],
-        &["fourier-two"],
-        &["spring", "fourier"],
-        &["quartic-radial"],
-    ],
+    ENERGIES_OF_AN_AXIS,
     &[&[], &["constant-drive"]],
     &[&[], &["linear-drag"], &["quadratic-drag"], &["dry-friction"], &["linear-drag", "dry-friction"]],
 ];

@@ -48,7 +48,7 @@ pub(super) const ENTRIES: [Entry; 5] = [
 /// A box or an ellipsoid in some orientation, with a knob that shows it.
 fn knobbed(draws: &mut Draws) -> Vec<Part> {
     let half = dvec3(draws.within(0.30..0.38), draws.within(0.26..0.34), draws.within(0.28..0.36));
-    let shape = if draws.within(0.0..1.0) < 0.5 { Shape::Cuboid(0.9 * half) } else { Shape::Ellipsoid(half) };
+    let shape = if draws.happens(0.5) { Shape::Cuboid(0.9 * half) } else { Shape::Ellipsoid(half) };
     let orientation = draws.orientation();
     let mut solid = Part::new(shape, DVec3::ZERO, Texture::new(draws.palette(), draws.within(0.45..0.6)));
     solid.rotation = orientation;
@@ -125,7 +125,7 @@ fn magnet(draws: &mut Draws) -> (Stage, Rig) {
     let rise = draws.within(-0.5..0.5f64);
     let field = rise.cos() * draws.horizontal() + rise.sin() * DVec3::Z;
     let across = field.any_orthonormal_vector();
-    let gravity = if draws.within(0.0..1.0) < 0.5 { 0.0 } else { draws.within(0.2..0.4) };
+    let gravity = if draws.happens(0.5) { 0.0 } else { draws.within(0.2..0.4) };
     let fields = [Field::Magnetic(draws.either_sign(2.6..4.2) * field), Field::Gravity(gravity)];
     let law = Point {
         law: "uniform magnetic field",

@@ -76,7 +76,7 @@ pub(super) const ENTRIES: [Entry; 10] = [
 ];
 
 /// A hinge with a horizontal axis, whose body hangs along −z at θ = 0.
-fn horizontal_hinge(draws: &mut Draws) -> Hinge {
+pub(super) fn horizontal_hinge(draws: &mut Draws) -> Hinge {
     let axis = draws.horizontal();
     Hinge::about(axis, DMat3::from_cols(axis.cross(DVec3::Z), axis, DVec3::Z))
 }

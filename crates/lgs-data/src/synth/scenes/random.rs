@@ -8,7 +8,8 @@ use super::super::view::Rig;
 use super::entry::Entry;
 use super::fields::body_in_fields;
 use super::hinges::{swinging, turning_rotor, upright};
-use glam::{DMat3, DVec3, dvec3};
+use super::machines::horizontal_hinge;
+use glam::{DVec3, dvec3};
 
 pub(super) const ENTRIES: [Entry; 2] = [
     Entry::new(
@@ -78,17 +79,18 @@ fn held(draws: &mut Draws) -> (DVec3, DVec3, Vec<Field>) {
             };
             (start, velocity, vec![band])
         }
-        kind => (start, velocity, quartic(draws, kind == 4, out)),
+        4 => (start, velocity, vec![double_well(draws, out)]),
+        _ => (start, velocity, stiffening_spring(draws)),
     }
 }
 
-/// A double well along a direction, or a spring that stiffens.
-fn quartic(draws: &mut Draws, is_double_well: bool, along: DVec3) -> Vec<Field> {
+fn double_well(draws: &mut Draws, along: DVec3) -> Field {
+    let (c, w, k) = (draws.within(8.0..14.0), draws.within(0.4..0.55), draws.within(8.0..16.0));
+    Field::DoubleWell { center: DVec3::ZERO, along, c, w, k }
+}
+
+fn stiffening_spring(draws: &mut Draws) -> Vec<Field> {
     let center = DVec3::ZERO;
-    if is_double_well {
-        let (c, w, k) = (draws.within(8.0..14.0), draws.within(0.4..0.55), draws.within(8.0..16.0));
-        return vec![Field::DoubleWell { center, along, c, w, k }];
-    }
     let (k, cubic) = (draws.within(6.0..14.0), draws.within(15.0..40.0));
     vec![Field::Power { center, k, n: 1.0 }, Field::Power { center, k: cubic, n: 3.0 }]
 }
@@ -106,28 +108,40 @@ fn resistance(draws: &mut Draws) -> Option<Field> {
     }
 }
 
+/// Whether a body on a hinge has a weight, a magnet below it and a torsion spring.
+const HOLDS: [[bool; 3]; 5] = [
+    [false, false, false],
+    [true, false, false],
+    [true, true, false],
+    [false, false, true],
+    [true, false, true],
+];
+
 fn random_hinge(draws: &mut Draws) -> (Stage, Rig) {
-    let holds = draws.one_of(5);
-    let hangs = matches!(holds, 1 | 2 | 4);
-    let axis = if hangs { draws.horizontal() } else { draws.tilted(0.1..0.6) };
-    let base = if hangs { DMat3::from_cols(axis.cross(DVec3::Z), axis, DVec3::Z) } else { upright(axis) };
-    let mut law = Hinge { law: "torques drawn at random", kind: "forced", ..Hinge::about(axis, base) };
-    (law.angle, law.rate) = if holds == 0 {
-        (0.0, draws.either_sign(2.0..5.0))
+    let [hangs, has_magnet, has_spring] = HOLDS[draws.one_of(HOLDS.len())];
+    let hinge = if hangs {
+        horizontal_hinge(draws)
     } else {
+        let axis = draws.tilted(0.1..0.6);
+        Hinge::about(axis, upright(axis))
+    };
+    let mut law = Hinge { law: "torques drawn at random", kind: "forced", ..hinge };
+    (law.angle, law.rate) = if hangs || has_spring {
         (draws.either_sign(0.5..1.6), draws.within(-2.0..2.0))
+    } else {
+        (0.0, draws.either_sign(2.0..5.0))
     };
     if hangs {
         law.gravity = draws.within(10.0..22.0);
     }
-    match holds {
-        2 => law.second_harmonic = draws.either_sign(0.3..0.9) * law.gravity,
-        3 => law.stiffness = draws.within(14.0..34.0),
-        4 => law.stiffness = draws.within(8.0..16.0),
-        _ => {}
+    if has_magnet {
+        law.second_harmonic = draws.either_sign(0.3..0.9) * law.gravity;
+    }
+    if has_spring {
+        law.stiffness = draws.within(if hangs { 8.0..16.0 } else { 14.0..34.0 });
     }
     // A torque on a spring is the same as the spring turned.
-    if law.stiffness == 0.0 && draws.happens(0.4) {
+    if !has_spring && draws.happens(0.4) {
         law.torque = draws.either_sign(2.0..6.0);
     }
     match draws.one_of(4) {
