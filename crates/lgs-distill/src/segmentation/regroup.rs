@@ -39,9 +39,8 @@ pub(crate) fn regroup(
     let regrouping = Regrouping { trajectories, moving: &moving, config };
     let groups: Vec<Vec<usize>> = (0..partition.objects).map(|o| partition.members(o)).collect();
     let first = part_groups(trajectories, groups, config.smallest_object);
-    let bodies = || merge_pieces(trajectories, first.clone(), config.neighbors);
     if moving.len() == trajectories.len() {
-        let bodies = bodies();
+        let bodies = merge_pieces(trajectories, first.clone(), config.neighbors);
         if bodies.len() == 1 {
             return Ok(Partition::of_groups(bodies, trajectories.len()));
         }
@@ -60,14 +59,26 @@ pub(crate) fn regroup(
     let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
     let loose = moving.into_iter().filter(|i| !taken.contains(i)).collect();
     let mut groups = take_in(trajectories, groups, loose, f64::from(config.displacement_tolerance));
-    // No rigid motion explains any particle of a body that deforms as a whole: none is in a group then.
+    groups.extend(lost_deforming_bodies(trajectories, &first, &groups, config.neighbors));
+    Ok(Partition::of_groups(groups, trajectories.len()))
+}
+
+/// Deforming bodies put together from pieces, none of whose particles is in a group: no rigid motion explains
+/// any particle of a body that deforms as a whole.
+fn lost_deforming_bodies(
+    trajectories: &Trajectories,
+    pieces: &[Vec<usize>],
+    groups: &[Vec<usize>],
+    neighbors: usize,
+) -> Vec<Vec<usize>> {
     let taken: BTreeSet<usize> = groups.iter().flatten().copied().collect();
     let is_lost = |members: &Vec<usize>| members.iter().all(|i| !taken.contains(i));
-    if first.iter().any(is_lost) {
-        let deforms = |body: &Vec<usize>| is_lost(body) && is_deforming(trajectories, body);
-        groups.extend(bodies().into_iter().filter(deforms));
+    if !pieces.iter().any(is_lost) {
+        return Vec::new();
     }
-    Ok(Partition::of_groups(groups, trajectories.len()))
+    let mut bodies = merge_pieces(trajectories, pieces.to_vec(), neighbors);
+    bodies.retain(|body| is_lost(body) && is_deforming(trajectories, body));
+    bodies
 }
 
 /// What becomes of an object.
