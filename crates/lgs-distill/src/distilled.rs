@@ -137,15 +137,26 @@ impl DistilledLaw {
     pub fn edited(&self, edit: mechanics::Edit, times: &[f64]) -> Vec<Vec<[f32; 3]>> {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
         let placed = |state: State| {
-            let placed = embedding.placements(&state.x).into_iter().zip(self.bodies.ranges(self.q0.len()));
-            let of_body = |(place, rows): (Placement, Range<usize>)| {
-                self.q0[rows].iter().map(move |&p| narrow(place.apply(wide(p))))
-            };
-            placed.flat_map(of_body).collect()
+            let placed: Vec<Placement> = embedding.placements(&state.x);
+            self.bodies.of_points(self.q0.len(), |body, rows| {
+                self.q0[rows].iter().map(|&p| narrow(placed[body].apply(wide(p)))).collect()
+            })
         };
         let law = self.law.under(edit, &self.start, times.last().copied().unwrap_or_default());
         let states = mechanics::System::new(&law, edit).states(&self.start, times);
         states.unwrap_or_default().into_iter().map(placed).collect()
+    }
+
+    /// The same with its bodies' particles in another order: the first body is the one with the first index
+    /// among them, and so on.
+    pub(crate) fn with_bodies_at(self, order: &[usize]) -> Self {
+        let own = self.bodies.ranges(self.q0.len());
+        let mut ranges = own.clone();
+        order.iter().zip(&own).for_each(|(&at, rows)| ranges[at] = rows.clone());
+        let sizes: Vec<usize> = ranges.iter().map(ExactSizeIterator::len).collect();
+        let rows: Vec<u32> = ranges.into_iter().flatten().map(|row| row as u32).collect();
+        let (q0, v0) = (in_order(&self.q0, &rows), in_order(&self.v0, &rows));
+        Self { q0, v0, bodies: Bodies::of_sizes(&sizes).taken_in_order(order), ..self }
     }
 
     /// Times between which the forecast of an edited motion is trusted: none where the law does not explain

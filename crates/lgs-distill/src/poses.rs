@@ -33,9 +33,8 @@ pub struct BodyPoses {
     pub hits: Vec<f64>,
 }
 
-/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times,
-/// in the order of the law's coordinates. `None` if there is no law that stays with them, the configuration
-/// wants none, or the law takes the bodies the other way round.
+/// Finds the law behind the poses of a body, or of two rigid ones that act on each other, at the same times.
+/// `None` if there is no law that stays with them, or the configuration wants none.
 #[must_use]
 pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let observed: Vec<Observed> = observed.into_iter().map(Observed::from).collect();
@@ -48,7 +47,8 @@ pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64)
 #[must_use]
 pub fn couple_of_poses(observed: [BodyPoses; 2], config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let [first, second] = observed.map(Observed::from);
-    let both = found(&[&first, &second], config, seed).filter(|both| will_do(both, 2))?;
+    let both =
+        found(&[&first, &second], config, seed).filter(|both| !both.is_refuted && both.order.len() == 2)?;
     let own = [found(&[&first], config, seed)?, found(&[&second], config, seed)?];
     gain(&both, own.each_ref())?;
     distilled(both, &[&first, &second], config)
@@ -89,20 +89,16 @@ fn is_finite(motion: &SharedMotion) -> bool {
     motion.poses.iter().all(|pose| pose.linear.is_finite() && pose.shift.is_finite())
 }
 
-/// Whether a law stays with its bodies and takes them in this order.
-fn will_do(found: &GeneralisedLaw, bodies: usize) -> bool {
-    !found.is_refuted && found.order.iter().copied().eq(0..bodies)
-}
-
-/// A law for its bodies, if it will do.
+/// A law for its bodies, if it stays with them and describes them.
 fn distilled(found: GeneralisedLaw, bodies: &[&Observed], config: &DistillConfig) -> Option<DistilledLaw> {
-    if !will_do(&found, bodies.len()) {
+    if found.is_refuted || found.order.len() != bodies.len() {
         return None;
     }
-    let motions: Vec<&SharedMotion> = bodies.iter().map(|body| &body.motion).collect();
+    let order = found.order.clone();
+    let motions: Vec<&SharedMotion> = order.iter().map(|&body| &bodies[body].motion).collect();
     let reports: Vec<DistillReport> = motions.iter().map(|motion| DistillReport::of_poses(motion)).collect();
     let law = found.distilled(&motions, &DistillReport::joined(&reports), config);
-    law.report.describes_window(config).then_some(law)
+    law.report.describes_window(config).then(|| law.with_bodies_at(&order))
 }
 
 /// Laws that explain parts of the window, of the poses of a rigid body that no law of all of it explains.
@@ -156,8 +152,10 @@ impl BodyPoses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lgs_mechanics::coordinates::Coordinates;
-    use lgs_mechanics::{Edit, System};
+    use lgs_core::geometry::wide;
+    use lgs_mechanics::coordinates::{Coordinates, Embedding, Port, State, Tree};
+    use lgs_mechanics::terms::Term;
+    use lgs_mechanics::{Edit, Law, System};
 
     /// A body that does not turn, on a path with a little noise.
     fn on(path: impl Fn(f64) -> DVec3) -> BodyPoses {
@@ -188,6 +186,40 @@ mod tests {
         assert!(law.coordinates == Coordinates::Pair && law.terms.len() == 1, "{law:?}");
         let free = [on(|t| drift(t) - 0.5 * DVec3::X), on(|t| 0.5 * DVec3::X - drift(t))];
         assert!(couple_of_poses(free, &config, 1).is_none());
+    }
+
+    #[test]
+    fn a_pendulum_that_hangs_on_the_second_body_keeps_its_particles_first() {
+        let [axis, pivot, link, arm] = [[0.0, 1.0, 0.0], [0.1, 0.0, 0.5], [0.0, 0.1, -0.6], [0.0, 0.0, -0.5]];
+        let fourier = |port| Term::named("fourier", port).expect("a term");
+        let terms = vec![fourier(Port::First), fourier(Port::Second)];
+        let tree = Coordinates::Tree(Tree { axis, pivot, link, arm });
+        let truth = Law::new(tree, terms, vec![0.4, 0.6, 0.0, 12.0, 0.0, 5.0, 0.0], 0.005).expect("a law");
+        let start = State { x: vec![0.8, -0.5], v: vec![0.5, -1.0] };
+        let embedding = Embedding::new(&truth.coordinates, &start.x);
+        let centers = [DVec3::new(0.1, 0.0, 0.2), DVec3::new(0.2, 0.1, -0.3)];
+        let placed = |body: usize, t: f64| {
+            let state = System::new(&truth, Edit::NONE).states(&start, &[t]).expect("followed").remove(0);
+            let placed = embedding.placements(&state.x)[body];
+            (placed.linear, placed.apply(centers[body]))
+        };
+        let seen = |body: usize| {
+            let still = on(|_| DVec3::ZERO);
+            let poses = still.times.iter().zip(&still.poses);
+            let poses = poses.map(|(&t, (_, noise))| {
+                let (linear, center) = placed(body, t);
+                (linear, center + *noise)
+            });
+            BodyPoses { poses: poses.collect(), ..still }
+        };
+        let law = couple_of_poses([seen(1), seen(0)], &DistillConfig::default(), 1).expect("a couple");
+        assert!(matches!(law.law.coordinates, Coordinates::Tree(_)), "{:?}", law.law);
+        assert_eq!(law.bodies.ranges(law.q0.len()), [8..16, 0..8]);
+        let later = law.edited(Edit::NONE, &[1.0]).remove(0);
+        for (body, own) in [(1, &later[..8]), (0, &later[8..])] {
+            let center = own.iter().map(|&p| wide(p)).sum::<DVec3>() / 8.0;
+            assert!(center.distance(placed(body, 1.0).1) < 0.02, "{body}: {center}");
+        }
     }
 
     #[test]

@@ -5,7 +5,8 @@ use lgs_core::geometry::wide;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The points of an object, body by body: where those of the second and of later bodies begin.
+/// The points of an object, range by range: where the second and later ranges begin, and which of the ranges
+/// each body has, if not that of its number.
 ///
 /// ```
 /// use lgs_mechanics::coordinates::Bodies;
@@ -13,12 +14,38 @@ use std::ops::Range;
 /// let bodies = Bodies::of_sizes(&[3, 2]);
 /// assert_eq!(bodies.ranges(5), [0..3, 3..5]);
 /// assert_eq!(bodies.of(&[0, 2, 4]).ranges(3), [0..2, 2..3]);
+/// assert_eq!(bodies.taken_in_order(&[1, 0]).ranges(5), [3..5, 0..3]);
 /// assert_eq!(Bodies::default().ranges(5), [0..5]);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[serde(from = "File", into = "File")]
 pub struct Bodies {
     later: Vec<usize>,
+    /// Index of the range of each body; empty where each has that of its number.
+    order: Vec<usize>,
+}
+
+/// What a file holds of bodies: the beginnings of the later ranges alone, or the order as well.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+enum File {
+    InOrder(Vec<usize>),
+    Ordered { later: Vec<usize>, order: Vec<usize> },
+}
+
+impl From<File> for Bodies {
+    fn from(file: File) -> Self {
+        match file {
+            File::InOrder(later) => Self { later, order: Vec::new() },
+            File::Ordered { later, order } => Self { later, order },
+        }
+    }
+}
+
+impl From<Bodies> for File {
+    fn from(Bodies { later, order }: Bodies) -> Self {
+        if order.is_empty() { Self::InOrder(later) } else { Self::Ordered { later, order } }
+    }
 }
 
 impl Bodies {
@@ -30,7 +57,15 @@ impl Bodies {
             end += size;
             end
         });
-        Self { later: ends.by_ref().take(sizes.len().saturating_sub(1)).collect() }
+        let later = ends.by_ref().take(sizes.len().saturating_sub(1)).collect();
+        Self { later, order: Vec::new() }
+    }
+
+    /// The same ranges, of which the first body has the one with the first index, and so on.
+    #[must_use]
+    pub fn taken_in_order(&self, order: &[usize]) -> Self {
+        let is_own = order.iter().copied().eq(0..order.len());
+        Self { order: if is_own { Vec::new() } else { order.to_vec() }, ..self.clone() }
     }
 
     /// Number of bodies.
@@ -44,7 +79,28 @@ impl Bodies {
     pub fn ranges(&self, points: usize) -> Vec<Range<usize>> {
         let starts = std::iter::once(0).chain(self.later.iter().copied());
         let ends = self.later.iter().copied().chain([points]);
-        starts.zip(ends).map(|(start, end)| start.min(points)..end.min(points)).collect()
+        let ranges: Vec<Range<usize>> =
+            starts.zip(ends).map(|(start, end)| start.min(points)..end.min(points)).collect();
+        if self.order.is_empty() {
+            return ranges;
+        }
+        self.order.iter().map(|&index| ranges[index].clone()).collect()
+    }
+
+    /// What bodies give for each of their points, in the order of the points, of which there are so many.
+    ///
+    /// # Panics
+    /// If a body gives something else than a value for each of its points.
+    pub fn of_points<T: Clone + Default>(
+        &self,
+        points: usize,
+        of_body: impl Fn(usize, Range<usize>) -> Vec<T>,
+    ) -> Vec<T> {
+        let mut all = vec![T::default(); points];
+        for (body, rows) in self.ranges(points).into_iter().enumerate() {
+            all[rows.clone()].clone_from_slice(&of_body(body, rows));
+        }
+        all
     }
 
     /// At most so many of the points of each body, spread evenly over their order.
@@ -61,13 +117,16 @@ impl Bodies {
     #[must_use]
     pub fn of(&self, chosen: &[u32]) -> Self {
         let before = |&start: &usize| chosen.partition_point(|&i| (i as usize) < start);
-        Self { later: self.later.iter().map(before).collect() }
+        Self { later: self.later.iter().map(before).collect(), ..self.clone() }
     }
 
-    /// Whether every body has a point, of so many in all.
+    /// Whether every body has a point, of so many in all, and no point has two bodies.
     #[must_use]
     pub fn fit(&self, points: usize) -> bool {
         let starts = [&[0], self.later.as_slice(), &[points]].concat();
-        starts.windows(2).all(|pair| pair[0] < pair[1])
+        let mut order = self.order.clone();
+        order.sort_unstable();
+        let is_order = order.is_empty() || order.into_iter().eq(0..self.count());
+        is_order && starts.windows(2).all(|pair| pair[0] < pair[1])
     }
 }

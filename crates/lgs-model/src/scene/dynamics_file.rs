@@ -153,23 +153,30 @@ mod tests {
 
     #[test]
     fn a_law_of_two_bodies_keeps_which_particle_belongs_to_which() {
-        let mut file = TensorFile::new("test");
-        insert_dynamics(&mut file, "object.0", &on_a_spring(Bodies::of_sizes(&[3, 2])), 5);
-        let read = read_dynamics(&file, "object.0", 5).expect("dynamics");
-        let Dynamics::Generalised(read) = read else { panic!("{read:?}") };
-        let points = [[0.0; 3]; 5];
-        let mut state = read.start.clone();
-        state.x = vec![0.0, 1.0, 0.0, 1.0, 0.0, 2.0];
-        let moved = read.placed(&points, &state).q;
-        assert!(moved[..3].iter().all(|q| *q == [0.0, 1.0, 0.0]), "{moved:?}");
-        assert!(moved[3..].iter().all(|q| *q == [0.0, 0.0, 2.0]), "{moved:?}");
+        let places = [[0.0, 1.0, 0.0], [0.0, 0.0, 2.0]];
+        for order in [[0, 1], [1, 0]] {
+            let mut file = TensorFile::new("test");
+            let bodies = Bodies::of_sizes(&[3, 2]).taken_in_order(&order);
+            insert_dynamics(&mut file, "object.0", &on_a_spring(bodies), 5);
+            let read = read_dynamics(&file, "object.0", 5).expect("dynamics");
+            let Dynamics::Generalised(read) = read else { panic!("{read:?}") };
+            let points = [[0.0; 3]; 5];
+            let mut state = read.start.clone();
+            state.x = vec![0.0, 1.0, 0.0, 1.0, 0.0, 2.0];
+            let moved = read.placed(&points, &state).q;
+            assert!(moved[..3].iter().all(|q| *q == places[order[0]]), "{moved:?}");
+            assert!(moved[3..].iter().all(|q| *q == places[order[1]]), "{moved:?}");
+        }
     }
 
     #[test]
     fn bodies_without_particles_are_refused() {
-        for (sizes, members) in [(&[3, 2][..], 3), (&[0, 5], 5), (&[5], 5), (&[2, 2, 1], 5)] {
+        let of_sizes = [(&[3, 2][..], 3), (&[0, 5], 5), (&[5], 5), (&[2, 2, 1], 5)];
+        let of_sizes = of_sizes.map(|(sizes, members)| (Bodies::of_sizes(sizes), members));
+        let taken_twice = (Bodies::of_sizes(&[3, 2]).taken_in_order(&[1, 1]), 5);
+        for (bodies, members) in of_sizes.into_iter().chain([taken_twice]) {
             let mut file = TensorFile::new("test");
-            insert_dynamics(&mut file, "object.0", &on_a_spring(Bodies::of_sizes(sizes)), members);
+            insert_dynamics(&mut file, "object.0", &on_a_spring(bodies), members);
             let error = read_dynamics(&file, "object.0", members).expect_err("no body is empty").to_string();
             assert!(error.contains("object.0.bodies"), "{error}");
         }

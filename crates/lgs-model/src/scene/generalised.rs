@@ -3,7 +3,7 @@
 use super::dynamics::{GeneralisedDynamics, ObjectFields, narrow, wide};
 use glam::DVec3;
 use lgs_dynamics::{Edit, State};
-use lgs_mechanics::coordinates::{self, Coordinates, Embedding, PlacementRate};
+use lgs_mechanics::coordinates::{self, Coordinates, Embedding};
 use lgs_mechanics::{Law, MechanicsError};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -65,15 +65,20 @@ impl GeneralisedDynamics {
     pub fn placed(&self, points: &[[f32; 3]], state: &coordinates::State) -> State {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
         let (placed, rates) = (embedding.placements(&state.x), embedding.rates(&state.x, &state.v));
-        let mut all = State::default();
-        for ((rows, place), rate) in self.bodies.ranges(points.len()).into_iter().zip(placed).zip(rates) {
-            let turn = place.rotation;
-            let rotation = [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32);
-            all.rotation.resize(rows.end, rotation);
-            all.q.extend(points[rows.clone()].iter().map(|&p| narrow(place.apply(wide(p)))));
-            all.v.extend(points[rows].iter().map(|&p| narrow(rate.apply(wide(p)))));
+        let of_points = |of_point: &dyn Fn(usize, [f32; 3]) -> [f32; 3]| {
+            let of_body =
+                |body: usize, rows: Range<usize>| points[rows].iter().map(|&p| of_point(body, p)).collect();
+            self.bodies.of_points(points.len(), of_body)
+        };
+        let turn = |body: usize| {
+            let turn = placed[body].rotation;
+            [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32)
+        };
+        State {
+            q: of_points(&|body, p| narrow(placed[body].apply(wide(p)))),
+            v: of_points(&|body, p| narrow(rates[body].apply(wide(p)))),
+            rotation: self.bodies.of_points(points.len(), |body, rows| vec![turn(body); rows.len()]),
         }
-        all
     }
 
     /// Velocities at t = 0 of particles at `points`, those of an edited motion with α.
@@ -116,10 +121,10 @@ impl GeneralisedDynamics {
     #[must_use]
     pub fn carried(&self, points: &[[f32; 3]], state: &coordinates::State, change: &[f64]) -> Vec<DVec3> {
         let rates = Embedding::new(&self.law.coordinates, &self.start.x).rates(&state.x, change);
-        let of_body = |(rows, rate): (Range<usize>, PlacementRate)| {
-            points[rows].iter().map(move |&p| rate.apply(wide(p)))
+        let of_body = |body: usize, rows: Range<usize>| {
+            points[rows].iter().map(|&p| rates[body].apply(wide(p))).collect()
         };
-        self.bodies.ranges(points.len()).into_iter().zip(rates).flat_map(of_body).collect()
+        self.bodies.of_points(points.len(), of_body)
     }
 
     /// Kinetic energy of the particles, of unit mass each, over that of the law: the number of particles

@@ -10,7 +10,8 @@ use lgs_mechanics::coordinates::Bodies;
 use super::{LagrangianScene, ObjectModel, SceneState};
 
 impl ObjectModel {
-    /// The rows of each of its rigid bodies among the scene's dynamic Gaussians: those of its law, or all.
+    /// The rows of each of its rigid bodies among the scene's dynamic Gaussians: those of its law, in the order
+    /// of its coordinates, or all.
     #[must_use]
     pub fn bodies(&self) -> Vec<Range<usize>> {
         let Range { start, end } = self.members;
@@ -29,7 +30,7 @@ impl ObjectModel {
 }
 
 impl LagrangianScene {
-    /// The bodies whose harmonics turn with them, by their rows among the dynamic Gaussians, and the
+    /// The bodies whose harmonics turn with them, by their ascending rows among the dynamic Gaussians, and the
     /// rotation of each since t = 0, a quaternion w x y z; none where colours look the same from all sides.
     #[must_use]
     pub fn turned_bodies(&self, state: &SceneState) -> Vec<(Range<usize>, [f32; 4])> {
@@ -47,7 +48,9 @@ impl LagrangianScene {
         };
         let objects = self.objects.iter().filter(|object| object.turns_harmonics());
         let bodies = objects.flat_map(|o| o.bodies().into_iter().map(move |rows| (rows, o.deforms())));
-        bodies.map(|(rows, deforms)| turn(rows, deforms)).collect()
+        let mut turned: Vec<_> = bodies.map(|(rows, deforms)| turn(rows, deforms)).collect();
+        turned.sort_by_key(|(rows, _)| rows.start);
+        turned
     }
 }
 

@@ -24,8 +24,8 @@ pub(super) fn has_parts(object: &ObjectModel) -> bool {
     object.recording.as_ref().is_some_and(Recording::has_parts)
 }
 
-/// The bodies as which each object moves, by its index: those of its law, or itself as one; objects are
-/// left out that are too small to tell how they turn, or are held by a hand.
+/// The bodies as which each object moves, by its index: those of its law, by their rows, or itself as one;
+/// objects are left out that are too small to tell how they turn, or are held by a hand.
 pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, Vec<Part>)> {
     let poses = ImagePoses::new(scene, times);
     let of_object = |(index, object): (usize, &ObjectModel)| {
@@ -33,6 +33,7 @@ pub(super) fn bodies_of(scene: &LagrangianScene, times: &[f32]) -> Vec<(usize, V
         let is_body = has_law(object) || (!is_handled && object.members.len() >= FEWEST_OF_BODY);
         let part = |rows| Part { rows, deforms: object.deforms() };
         let mut parts: Vec<Part> = object.bodies().into_iter().map(part).collect();
+        parts.sort_by_key(|part| part.rows.start);
         if !has_law(object) {
             parts.iter_mut().for_each(|part| part.deforms = deforms_as_a_whole(&poses, part));
         }
