@@ -1,7 +1,7 @@
 //! By how much training images would be worse if some of a source's Gaussians moved otherwise than they do.
 
 use glam::{DMat3, DQuat, DVec3};
-use lgs_core::geometry::{components, fit_rotation, narrow, outer, wide};
+use lgs_core::geometry::{components, fit_rotation, narrow, nearest_rotation, outer, wide};
 use lgs_core::linear::quat_mul;
 use lgs_core::{GaussianCloud, Image};
 use lgs_data::dataset::Frame;
@@ -44,6 +44,17 @@ impl RigidMotion {
         let moment: DMat3 = start.iter().zip(now).map(|(&a, &b)| outer(wide(b) - to, wide(a) - from)).sum();
         let rotation = fit_rotation(&moment).rotation;
         Self { rotation, shift: to - rotation * from }
+    }
+
+    /// The motion of a rigid body from one of its poses, rotation and shift of its points, to another one.
+    pub(super) fn between_poses(start: &(DMat3, DVec3), now: &(DMat3, DVec3)) -> Self {
+        let rotation = DQuat::from_mat3(&nearest_rotation(&(now.0 * start.0.transpose())));
+        Self { rotation, shift: now.1 - rotation * start.1 }
+    }
+
+    /// Where a point that is at a place at t = 0 is now.
+    pub(super) fn applied_to(&self, place: DVec3) -> DVec3 {
+        self.rotation * place + self.shift
     }
 }
 
@@ -109,10 +120,10 @@ impl RigidlyMoved {
     /// The Gaussians at the time of a frame, given those of the source then and at t = 0.
     fn applied(&self, index: usize, cloud: &GaussianCloud, start: &GaussianCloud) -> GaussianCloud {
         let mut moved = cloud.clone();
-        let RigidMotion { rotation, shift } = self.motions[index];
-        let turn = components(rotation).map(|c| c as f32);
+        let motion = self.motions[index];
+        let turn = components(motion.rotation).map(|c| c as f32);
         for &i in &self.members {
-            moved.means[i] = narrow(rotation * wide(start.means[i]) + shift);
+            moved.means[i] = narrow(motion.applied_to(wide(start.means[i])));
             moved.rotations[i] = quat_mul(turn, start.rotations[i]);
             moved.log_scales[i] = start.log_scales[i];
         }

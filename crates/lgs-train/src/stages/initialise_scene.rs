@@ -24,8 +24,9 @@ use super::joined_objects::joined;
 use super::motion_options::MotionOptions;
 use super::observed_motion::{observed_to_move, rises_at_rest};
 use super::recorder::{Recorder, SourceTracks, append};
-use super::rest_retuned::{doubtful, moving};
+use super::rest_retuned::{Objects, doubtful, moving};
 use super::scene_request::InitialSceneRequest;
+use super::shown_motions::shown_motions;
 use super::things::HandledThings;
 use crate::error::TrainError;
 use crate::thresholds::{EVEN, FEWEST_FRAMES};
@@ -105,13 +106,17 @@ fn seen_to_move(
         rises.into_iter().zip(kept).filter_map(|(rise, kept)| kept.then_some(rise)).collect()
     };
     let rises = of_kept(rises, &seen);
+    let times: Vec<f32> = frames.times().collect();
+    let shown = |partition: &Partition| {
+        shown_motions(&Objects::new(source, trajectories, partition), request, &times)
+    };
     let in_doubt = doubtful(&rises);
     if in_doubt.is_empty() {
-        return joined(source, partition, (&frames, &rises), tolerance);
+        return joined(source, partition, (&frames, &rises), tolerance, &shown);
     }
     let moving = moving((source, trajectories), &partition, &in_doubt, request);
     let (partition, rises) = (partition.with_only(&moving), of_kept(rises, &moving));
-    joined(source, partition, (&frames, &rises), tolerance)
+    joined(source, partition, (&frames, &rises), tolerance, &shown)
 }
 
 /// Times at which the source is sampled: those of its frames, if these lie evenly apart and are enough for

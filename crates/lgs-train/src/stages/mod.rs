@@ -36,6 +36,7 @@ mod recorded_bodies;
 mod recorder;
 mod rest_retuned;
 mod scene_request;
+mod shown_motions;
 mod spread;
 mod subset;
 mod things;

@@ -98,7 +98,7 @@ fn error_after_tuning(
 }
 
 /// The objects of a partition of a source's Gaussians, with the motion of each.
-struct Objects<'a> {
+pub(super) struct Objects<'a> {
     tracks: SourceTracks<'a>,
     trajectories: &'a Trajectories,
     partition: &'a Partition,
@@ -107,15 +107,24 @@ struct Objects<'a> {
 }
 
 impl<'a> Objects<'a> {
-    fn new(source: &'a dyn SourceModel, trajectories: &'a Trajectories, partition: &'a Partition) -> Self {
+    pub(super) fn new(
+        source: &'a dyn SourceModel,
+        trajectories: &'a Trajectories,
+        partition: &'a Partition,
+    ) -> Self {
         let tracks = SourceTracks { source, times: &trajectories.times };
         let of = |object| tracks.recording(&partition.members(object), &trajectories.positions);
         let recordings = (0..partition.objects).map(of).collect();
         Self { tracks, trajectories, partition, recordings }
     }
 
+    /// Number of objects.
+    pub(super) fn len(&self) -> usize {
+        self.partition.objects
+    }
+
     /// The scene in which some of them play the source's tracks, and the others are at rest.
-    fn playing(
+    pub(super) fn playing(
         &self,
         moving: &[bool],
         request: &InitialSceneRequest<'_>,
