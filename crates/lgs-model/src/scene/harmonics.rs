@@ -10,8 +10,8 @@ use lgs_mechanics::coordinates::Bodies;
 use super::{LagrangianScene, ObjectModel, SceneState};
 
 impl ObjectModel {
-    /// The rows of each of its rigid bodies among the scene's dynamic Gaussians: those of its law, in the order
-    /// of its coordinates, or all.
+    /// The rows of each of its rigid bodies among the scene's dynamic Gaussians: those of its law, in the
+    /// order of its coordinates, or all.
     #[must_use]
     pub fn bodies(&self) -> Vec<Range<usize>> {
         let Range { start, end } = self.members;
@@ -30,8 +30,9 @@ impl ObjectModel {
 }
 
 impl LagrangianScene {
-    /// The bodies whose harmonics turn with them, by their ascending rows among the dynamic Gaussians, and the
-    /// rotation of each since t = 0, a quaternion w x y z; none where colours look the same from all sides.
+    /// The bodies whose harmonics turn with them, by their ascending rows among the dynamic Gaussians, and
+    /// the rotation of each since t = 0, a quaternion w x y z; none where colours look the same from all
+    /// sides.
     #[must_use]
     pub fn turned_bodies(&self, state: &SceneState) -> Vec<(Range<usize>, [f32; 4])> {
         if self.dynamic_gaussians.sh_degree == 0 {

@@ -102,8 +102,8 @@ mod tests {
     use lgs_model::source::ImportedFrames;
     use lgs_render::{Splats, rasterize};
 
-    /// A bar of four Gaussians, of which the first two slide up by the first of two distances and the last two
-    /// by the second.
+    /// A bar of four Gaussians, of which the first two slide up by the first of two distances and the last
+    /// two by the second.
     fn bar(up: [f32; 2]) -> ImportedFrames {
         let means: Vec<[f32; 3]> = (0..4).map(|i| [0.2 * i as f32 - 0.3, 0.0, 0.0]).collect();
         let gaussians = GaussianCloud::isotropic(means.clone(), 0.1, [0.1, 0.5, 0.2], 0.9);

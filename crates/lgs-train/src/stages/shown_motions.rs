@@ -1,5 +1,5 @@
-//! The rigid motions of a source's objects as images show them: near a joint, the tracks of a source blend the
-//! motions of two bodies.
+//! The rigid motions of a source's objects as images show them: near a joint, the tracks of a source blend
+//! the motions of two bodies.
 
 use std::collections::BTreeMap;
 
@@ -78,11 +78,8 @@ mod tests {
             let pixels = drawn.iter().flat_map(bytes).collect::<Vec<u8>>().into();
             Frame { name: String::new(), camera_id, camera, time, exposure: Exposure::IDENTITY, pixels }
         };
-        let frames: Vec<Frame> = [0.0, 0.5, 1.0]
-            .iter()
-            .flat_map(|&time| (0..3).map(move |id| (time, id)))
-            .map(|(t, id)| frame(t, id))
-            .collect();
+        let of_time = |time: f32| [0, 1, 2].map(|camera| frame(time, camera));
+        let frames: Vec<Frame> = [0.0, 0.5, 1.0].into_iter().flat_map(of_time).collect();
         let request = InitialSceneRequest {
             partition: &PartitionConfig::default(),
             distill: &DistillConfig::default(),
