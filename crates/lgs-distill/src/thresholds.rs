@@ -119,8 +119,8 @@ pub(crate) const UNDETERMINED_DIRECTION: f64 = 1e-4;
 /// it does not touch what it would roll on: those of a ring are one radius away, those of a ball three
 /// quarters, and a rim may weigh less than its hub.
 pub(crate) const FARTHEST_CONTACT: f64 = 5.0;
-/// The same, below which a body that a hinge describes does not roll but has a place that its source lets
-/// drift: the axle of a yo-yo, the thinnest thing that anything rolls on, has a tenth of its rim's radius.
+/// The same, below which a body does not roll but has a place that its source lets drift, or slides as it
+/// turns: the axle of a yo-yo, the thinnest thing that anything rolls on, has a tenth of its rim's radius.
 pub(crate) const NEAREST_CONTACT: f64 = 0.1;
 /// Cosine of the angle between the axes of two bodies up to which they may turn about one: poses with errors
 /// of a few degrees tell an axis to some ten degrees from a turn of half a radian.

@@ -153,15 +153,12 @@ fn left_for_each(observed: &ObservedPoses, joint: &Configured) -> f64 {
     joint.chi_square / (values - joint.constants as f64).max(1.0)
 }
 
-/// The joints of a body that turns about one axis. What advances by less than any axle is thick does not roll
-/// if a hinge describes it: its source lets its place drift.
+/// The joints of a body that turns about one axis. What advances by less than any axle is thick does not
+/// roll: its source lets its place drift, or it turns and slides.
 fn joints_of_one_axis(observed: &ObservedPoses) -> Vec<Configured> {
     let Some(turning) = Turning::about_one_axis(&observed.poses) else { return Vec::new() };
-    let hinge = hinge(observed, &turning);
-    let is_on_hinge = hinge.as_ref().is_some_and(|hinge| left_for_each(observed, hinge) <= DESCRIBED);
-    let rolling = rolling(observed, &turning);
-    let rolling = rolling.filter(|rolling| !is_on_hinge || advances(observed, &rolling.coordinates));
-    hinge.into_iter().chain(rolling).collect()
+    let rolling = rolling(observed, &turning).filter(|rolling| advances(observed, &rolling.coordinates));
+    hinge(observed, &turning).into_iter().chain(rolling).collect()
 }
 
 /// Whether a rolling body advances along its axis, as a screw, or across it by a length per radian that may
