@@ -138,9 +138,8 @@ impl DistilledLaw {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
         let placed = |state: State| {
             let placed: Vec<Placement> = embedding.placements(&state.x);
-            self.bodies.of_points(self.q0.len(), |body, rows| {
-                self.q0[rows].iter().map(|&p| narrow(placed[body].apply(wide(p)))).collect()
-            })
+            let at = |body: usize, row: usize| narrow(placed[body].apply(wide(self.q0[row])));
+            self.bodies.of_points(self.q0.len(), at)
         };
         let law = self.law.under(edit, &self.start, times.last().copied().unwrap_or_default());
         let states = mechanics::System::new(&law, edit).states(&self.start, times);

@@ -47,8 +47,7 @@ pub fn law_of_poses(observed: Vec<BodyPoses>, config: &DistillConfig, seed: u64)
 #[must_use]
 pub fn couple_of_poses(observed: [BodyPoses; 2], config: &DistillConfig, seed: u64) -> Option<DistilledLaw> {
     let [first, second] = observed.map(Observed::from);
-    let both =
-        found(&[&first, &second], config, seed).filter(|both| !both.is_refuted && both.order.len() == 2)?;
+    let both = found(&[&first, &second], config, seed).filter(|both| !both.is_refuted)?;
     let own = [found(&[&first], config, seed)?, found(&[&second], config, seed)?];
     gain(&both, own.each_ref())?;
     distilled(both, &[&first, &second], config)
@@ -91,7 +90,7 @@ fn is_finite(motion: &SharedMotion) -> bool {
 
 /// A law for its bodies, if it stays with them and describes them.
 fn distilled(found: GeneralisedLaw, bodies: &[&Observed], config: &DistillConfig) -> Option<DistilledLaw> {
-    if found.is_refuted || found.order.len() != bodies.len() {
+    if found.is_refuted {
         return None;
     }
     let order = found.order.clone();

@@ -87,18 +87,18 @@ impl Bodies {
         self.order.iter().map(|&index| ranges[index].clone()).collect()
     }
 
-    /// What bodies give for each of their points, in the order of the points, of which there are so many.
-    ///
-    /// # Panics
-    /// If a body gives something else than a value for each of its points.
+    /// A value for each of so many points, by the number of its body and its own.
+    #[must_use]
     pub fn of_points<T: Clone + Default>(
         &self,
         points: usize,
-        of_body: impl Fn(usize, Range<usize>) -> Vec<T>,
+        of_point: impl Fn(usize, usize) -> T,
     ) -> Vec<T> {
         let mut all = vec![T::default(); points];
         for (body, rows) in self.ranges(points).into_iter().enumerate() {
-            all[rows.clone()].clone_from_slice(&of_body(body, rows));
+            for row in rows {
+                all[row] = of_point(body, row);
+            }
         }
         all
     }

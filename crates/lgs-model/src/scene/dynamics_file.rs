@@ -83,7 +83,10 @@ fn read_bodies(
     let name = format!("{prefix}.bodies");
     let bodies: Bodies = file.metadata_json(&name)?;
     if bodies.count() != expected || !bodies.fit(members) {
-        let expected = format!("the first rows of {} later bodies, ascending within {members}", expected - 1);
+        let expected = format!(
+            "the first rows of {} later ranges, ascending within {members}, and each range of one body",
+            expected - 1
+        );
         return Err(file.field(&name, &expected, json(&bodies)));
     }
     Ok(bodies)

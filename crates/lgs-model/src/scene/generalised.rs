@@ -6,7 +6,6 @@ use lgs_dynamics::{Edit, State};
 use lgs_mechanics::coordinates::{self, Coordinates, Embedding};
 use lgs_mechanics::{Law, MechanicsError};
 use std::borrow::Cow;
-use std::ops::Range;
 
 impl GeneralisedDynamics {
     /// Configurations and velocities at some times. Where the motion cannot be followed (the past of a body
@@ -65,19 +64,15 @@ impl GeneralisedDynamics {
     pub fn placed(&self, points: &[[f32; 3]], state: &coordinates::State) -> State {
         let embedding = Embedding::new(&self.law.coordinates, &self.start.x);
         let (placed, rates) = (embedding.placements(&state.x), embedding.rates(&state.x, &state.v));
-        let of_points = |of_point: &dyn Fn(usize, [f32; 3]) -> [f32; 3]| {
-            let of_body =
-                |body: usize, rows: Range<usize>| points[rows].iter().map(|&p| of_point(body, p)).collect();
-            self.bodies.of_points(points.len(), of_body)
-        };
         let turn = |body: usize| {
             let turn = placed[body].rotation;
             [turn.w, turn.x, turn.y, turn.z].map(|c| c as f32)
         };
+        let n = points.len();
         State {
-            q: of_points(&|body, p| narrow(placed[body].apply(wide(p)))),
-            v: of_points(&|body, p| narrow(rates[body].apply(wide(p)))),
-            rotation: self.bodies.of_points(points.len(), |body, rows| vec![turn(body); rows.len()]),
+            q: self.bodies.of_points(n, |body, row| narrow(placed[body].apply(wide(points[row])))),
+            v: self.bodies.of_points(n, |body, row| narrow(rates[body].apply(wide(points[row])))),
+            rotation: self.bodies.of_points(n, |body, _| turn(body)),
         }
     }
 
@@ -121,10 +116,7 @@ impl GeneralisedDynamics {
     #[must_use]
     pub fn carried(&self, points: &[[f32; 3]], state: &coordinates::State, change: &[f64]) -> Vec<DVec3> {
         let rates = Embedding::new(&self.law.coordinates, &self.start.x).rates(&state.x, change);
-        let of_body = |body: usize, rows: Range<usize>| {
-            points[rows].iter().map(|&p| rates[body].apply(wide(p))).collect()
-        };
-        self.bodies.of_points(points.len(), of_body)
+        self.bodies.of_points(points.len(), |body, row| rates[body].apply(wide(points[row])))
     }
 
     /// Kinetic energy of the particles, of unit mass each, over that of the law: the number of particles

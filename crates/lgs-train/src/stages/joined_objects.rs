@@ -31,8 +31,8 @@ pub(super) fn joined(
     if pairs.is_empty() {
         return partition;
     }
-    let allowed: Vec<f64> = rises.iter().map(|rise| tolerance.min(OBSERVED_FRACTION * rise)).collect();
-    let mut belongs: Vec<(usize, f64)> = allowed.into_iter().enumerate().collect();
+    let allowed = rises.iter().map(|rise| tolerance.min(OBSERVED_FRACTION * rise));
+    let mut belongs: Vec<(usize, f64)> = allowed.enumerate().collect();
     let mut join = |pairs: &BTreeSet<(usize, usize)>, motions: &Motions| {
         let carried = |&(part, whole): &(usize, usize)| {
             let motions = motions.get(&whole)?.clone();
@@ -40,24 +40,19 @@ pub(super) fn joined(
         };
         let (pairs, carried): (Vec<_>, Vec<_>) = pairs.iter().filter_map(carried).unzip();
         for ((part, whole), rise) in pairs.into_iter().zip(frames.rises(source, &carried)) {
-            tracing::debug!(
-                part,
-                whole,
-                rise,
-                "error of the images if an object were carried by another one"
-            );
+            tracing::debug!(part, whole, rise, "images with an object carried by another one");
             if rise < belongs[part].1 {
                 belongs[part] = (whole, rise);
             }
         }
-        belongs.iter().enumerate().filter(|(part, (whole, _))| part == whole).map(|(part, _)| part).collect()
+        belongs.iter().map(|(whole, _)| *whole).collect::<Vec<usize>>()
     };
-    let apart: BTreeSet<usize> = join(&pairs, &motions_of_tracks(source, &partition, frames));
-    pairs.retain(|(part, _)| apart.contains(part));
+    let mut wholes = join(&pairs, &motions_of_tracks(source, &partition, frames));
+    pairs.retain(|&(part, _)| wholes[part] == part);
     if !pairs.is_empty() {
-        let _: BTreeSet<usize> = join(&pairs, &shown(&partition));
+        wholes = join(&pairs, &shown(&partition));
     }
-    partition.joined(&belongs.into_iter().map(|(whole, _)| whole).collect::<Vec<usize>>())
+    partition.joined(&wholes)
 }
 
 /// The rigid motion of each object by the source's tracks.

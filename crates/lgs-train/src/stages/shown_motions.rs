@@ -21,10 +21,11 @@ pub(super) fn shown_motions(
     times: &[f32],
 ) -> BTreeMap<usize, Vec<RigidMotion>> {
     let Ok(scene) = objects.playing(&vec![true; objects.len()], request) else { return BTreeMap::new() };
-    let mut sampled = [&[0.0], times].concat();
+    let mut sampled: Vec<f32> = std::iter::once(0.0).chain(times.iter().map(|time| time.max(0.0))).collect();
     sampled.sort_by(f32::total_cmp);
     sampled.dedup();
-    let frames: Vec<&Frame> = request.frames.iter().filter(|frame| sampled.contains(&frame.time)).collect();
+    let is_sampled = |frame: &&Frame| sampled.contains(&frame.time.max(0.0));
+    let frames: Vec<&Frame> = request.frames.iter().filter(is_sampled).collect();
     let bodies = bodies_of(&scene, &sampled);
     let recorded = with_recorded_bodies(&scene, &bodies, &sampled);
     let poses = ImagePoses::new(&recorded, &sampled);
@@ -33,7 +34,7 @@ pub(super) fn shown_motions(
     let of_object = |((index, _), (part, found)): (&(usize, _), (_, &Vec<_>))| {
         let body = poses.of_body(part, found);
         let start = body.poses[0];
-        let at = |time: &f32| sampled.partition_point(|sampled| sampled < time);
+        let at = |time: &f32| sampled.partition_point(|&sampled| sampled < time.max(0.0));
         let motions = times.iter().map(|time| RigidMotion::between_poses(&start, &body.poses[at(time)]));
         (!body.deforms).then(|| (*index, motions.collect()))
     };
