@@ -106,14 +106,12 @@ impl CloudTensors {
     /// The Gaussians with their colours multiplied by factors `[n]` ([`lgs_model::Shading`]).
     pub(crate) fn lit(self, gains: Tensor<1>) -> Self {
         let [n, coefficients, _] = self.sh.dims();
-        let gains = gains.reshape([n, 1, 1]);
-        let sh = self.sh * gains.clone();
-        let constant = sh.clone().narrow(1, 0, 1) + (gains - 1.0).mul_scalar(0.5 / SH_C0);
-        let sh = match coefficients {
-            1 => constant,
-            _ => Tensor::cat(vec![constant, sh.narrow(1, 1, coefficients - 1)], 1),
-        };
-        Self { sh, ..self }
+        // A colour is a half more than its harmonics give.
+        let half = |coefficient: usize| if coefficient == 0 { 0.5 / SH_C0 } else { 0.0 };
+        let halves: Vec<f32> = (0..3 * coefficients).map(|column| half(column / 3)).collect();
+        let halves = vector(&halves, &self.sh.device()).reshape([1, 3 * coefficients]);
+        let lit = (self.sh.reshape([n, 3 * coefficients]) + halves.clone()) * gains.reshape([n, 1]) - halves;
+        Self { sh: lit.reshape([n, coefficients, 3]), ..self }
     }
 
     /// Number of Gaussians.
@@ -134,6 +132,12 @@ impl CloudTensors {
 
     /// These Gaussians and others behind them.
     pub(crate) fn followed_by(self, others: Self) -> Self {
+        if self.len() == 0 {
+            return others;
+        }
+        if others.len() == 0 {
+            return self;
+        }
         Self {
             means: Tensor::cat(vec![self.means, others.means], 0),
             rotations: Tensor::cat(vec![self.rotations, others.rotations], 0),

@@ -8,8 +8,8 @@ use lgs_core::TurnedHarmonics;
 /// How the harmonics of some bodies have turned.
 #[derive(Clone)]
 pub(crate) struct TurnedColors {
-    /// Rows of each body, ascending, and the matrix `[K − 1, K − 1]` that takes a row of its old coefficients
-    /// above the constant one to the new ones.
+    /// Rows of each body, ascending, and the matrix `[3 K, 3 K]` that takes a row of its old coefficients to the
+    /// new ones.
     bodies: Vec<(Range<usize>, Tensor<2>)>,
 }
 
@@ -19,11 +19,7 @@ impl TurnedColors {
         bodies: impl Iterator<Item = (Range<usize>, TurnedHarmonics)>,
         device: &Device,
     ) -> Self {
-        let on_device = |(rows, turned): (Range<usize>, TurnedHarmonics)| {
-            let (size, matrix) = turned.matrix();
-            let matrix = Tensor::from_data(TensorData::new(matrix.to_vec(), [size, size]), device);
-            (rows, matrix.transpose())
-        };
+        let on_device = |(rows, turned): (Range<usize>, TurnedHarmonics)| (rows, of_rows(&turned, device));
         Self { bodies: bodies.map(on_device).collect() }
     }
 
@@ -34,26 +30,36 @@ impl TurnedColors {
 
     /// Coefficients `[n, K, 3]` as they were, turned.
     pub(crate) fn of(&self, sh: Tensor<3>) -> Tensor<3> {
-        let [n, _, _] = sh.dims();
-        let between = |from: usize, to: usize| (to > from).then(|| sh.clone().narrow(0, from, to - from));
+        let [n, coefficients, _] = sh.dims();
+        let flat = sh.reshape([n, 3 * coefficients]);
+        let between = |from: usize, to: usize| {
+            let is_all = to - from == n;
+            (to > from).then(|| if is_all { flat.clone() } else { flat.clone().narrow(0, from, to - from) })
+        };
         let (mut parts, mut end) = (Vec::new(), 0);
         for (rows, matrix) in self.bodies.iter().filter(|(rows, _)| !rows.is_empty()) {
             parts.extend(between(end, rows.start));
-            parts.extend(between(rows.start, rows.end).map(|own| turned(own, matrix)));
+            parts.extend(between(rows.start, rows.end).map(|own| own.matmul(matrix.clone())));
             end = rows.end;
         }
         parts.extend(between(end, n));
-        if end == 0 { sh } else { Tensor::cat(parts, 0) }
+        let turned = if parts.len() < 2 { parts.pop().unwrap_or(flat) } else { Tensor::cat(parts, 0) };
+        turned.reshape([n, coefficients, 3])
     }
 }
 
-/// Coefficients `[m, K, 3]` of a body, those above the constant one turned.
-fn turned(sh: Tensor<3>, matrix: &Tensor<2>) -> Tensor<3> {
-    let [m, coefficients, _] = sh.dims();
-    let above = coefficients - 1;
-    let by_channel = sh.clone().narrow(1, 1, above).swap_dims(1, 2).reshape([3 * m, above]);
-    let turned = by_channel.matmul(matrix.clone()).reshape([m, 3, above]).swap_dims(1, 2);
-    Tensor::cat(vec![sh.narrow(1, 0, 1), turned], 1)
+/// The matrix `[3 K, 3 K]` by which a row of coefficients, channel by channel within each, is multiplied; the
+/// constant ones stay.
+fn of_rows(turned: &TurnedHarmonics, device: &Device) -> Tensor<2> {
+    let (above, matrix) = turned.matrix();
+    let width = 3 * (above + 1);
+    let mut of_rows = vec![0.0; width * width];
+    (0..3).for_each(|channel| of_rows[channel * width + channel] = 1.0);
+    for (at, &weight) in matrix.iter().enumerate() {
+        let (new, old) = (3 * (at / above + 1), 3 * (at % above + 1));
+        (0..3).for_each(|channel| of_rows[(old + channel) * width + new + channel] = weight);
+    }
+    Tensor::from_data(TensorData::new(of_rows, [width, width]), device)
 }
 
 #[cfg(test)]

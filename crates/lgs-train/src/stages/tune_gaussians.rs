@@ -27,7 +27,7 @@ use super::opacity_prior::OpacityPrior;
 use crate::adam::AdamSteps;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
-use crate::cloud_tensors::{CloudTensors, host_rows, quat_mul, rows};
+use crate::cloud_tensors::{CloudTensors, host_rows, rows};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
 use crate::figures::StepReport;
 use crate::trainable_cloud::TrainableCloud;
@@ -137,16 +137,20 @@ impl<'a> TuneGaussians<'a> {
 
 /// Dynamic Gaussians in a state of the motion, with gradients to what they were at t = 0.
 fn moved(at_start: CloudTensors, state: StateTensors, rolled_means: &Tensor<2>) -> CloudTensors {
-    let n = at_start.len();
     let change = at_start.means - rolled_means.clone().autodiff();
-    let turned = (state.matrices.autodiff() * change.reshape([n, 1, 3])).sum_dim(2).reshape([n, 3]);
     CloudTensors {
-        means: state.means.autodiff() + turned,
-        rotations: quat_mul(&state.turns.autodiff(), &at_start.rotations),
+        means: state.means.autodiff() + products(state.matrices, change),
+        rotations: products(state.turns, at_start.rotations),
         log_scales: at_start.log_scales + state.growth.autodiff(),
         sh: state.colors.autodiff().of(at_start.sh),
         ..at_start
     }
+}
+
+/// Products `[n, k]` of constant matrices `[n, k, k]` with vectors `[n, k]`.
+fn products(matrices: Tensor<3>, vectors: Tensor<2>) -> Tensor<2> {
+    let [n, k] = vectors.dims();
+    (matrices.autodiff() * vectors.reshape([n, 1, k])).sum_dim(2).reshape([n, k])
 }
 
 impl Trainer for TuneGaussians<'_> {
