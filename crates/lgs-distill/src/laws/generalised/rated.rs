@@ -19,6 +19,8 @@ pub(super) struct RatedLaw {
     pub(super) evidence: Evidence,
     pub(super) posterior: Posterior,
     score: f64,
+    /// That by which it is weighed in forecasts.
+    forecast_score: f64,
 }
 
 impl RatedLaw {
@@ -65,7 +67,8 @@ impl Rated {
                 let evidence = evidence(&systems[system], &judged);
                 let placed = Placed::new(&systems[system], &judged.fitted);
                 let posterior = Posterior::of(placed, &judged.fitted);
-                RatedLaw { system, judged, evidence, posterior, score: f64::INFINITY }
+                let [score, forecast_score] = [f64::INFINITY; 2];
+                RatedLaw { system, judged, evidence, posterior, score, forecast_score }
             };
             choice.judged.into_iter().map(rated).collect()
         };
@@ -89,7 +92,10 @@ impl Rated {
     pub(super) fn score_by(&mut self, evidence: &[Evidence]) {
         let Self { systems, laws, inflation } = self;
         *inflation = Evidence::inflation(evidence.iter().copied());
-        laws.iter_mut().zip(evidence).for_each(|(law, evidence)| law.score = evidence.score(*inflation));
+        for (law, evidence) in laws.iter_mut().zip(evidence) {
+            law.score = evidence.score(*inflation);
+            law.forecast_score = evidence.forecast_score(*inflation);
+        }
         laws.sort_by(|a, b| a.score.total_cmp(&b.score));
         let kind = |law: &RatedLaw| std::mem::discriminant(&systems[law.system].coordinates);
         let mut best = Vec::new();
@@ -191,7 +197,7 @@ impl Rated {
 
     /// Weights of all laws in forecasts; they add up to 1.
     pub(super) fn weights(&self) -> Vec<f64> {
-        weights(&self.laws.iter().map(|law| law.score).collect::<Vec<_>>())
+        weights(&self.laws.iter().map(|law| law.forecast_score).collect::<Vec<_>>())
     }
 
     /// χ² of the poses for each degree of freedom that the likeliest law leaves.
@@ -273,6 +279,7 @@ mod tests {
             chi_square: loss,
             samples,
             against: behind[judged.index],
+            against_damping: 0.0,
         };
         Rated::new(vec![(system, choice)], &evidence).expect("laws")
     }
