@@ -27,9 +27,8 @@ pub(super) struct FrameStates {
 pub(super) struct StateTensors {
     /// Positions `[n, 3]`, world units.
     pub(super) means: Tensor<2>,
-    /// Rotations of the Gaussians since t = 0, as matrices `[n, 4, 4]` of products by their quaternions from
-    /// the left.
-    pub(super) turns: Tensor<3>,
+    /// Rotations of the Gaussians since t = 0 as quaternions `[n, 4]`.
+    pub(super) turns: Tensor<2>,
     /// The linear maps of small offsets since t = 0 `[n, 3, 3]`.
     pub(super) matrices: Tensor<3>,
     /// Quaternions of the Gaussians `[n, 4]`.
@@ -88,21 +87,15 @@ impl StateTensors {
         let grown = |(now, before): (&[f32; 3], &[f32; 3])| sub(*now, *before);
         let growth: Vec<[f32; 3]> = log_scales.iter().zip(&at_start.log_scales).map(grown).collect();
         let matrices: Vec<f32> = matrices.into_iter().flatten().flatten().collect();
-        let products: Vec<f32> = turns.into_iter().flat_map(left_product).flatten().collect();
         Self {
             means: rows(&state.q, device),
-            turns: Tensor::from_data(TensorData::new(products, [n, 4, 4]), device),
+            turns: rows(&turns, device),
             matrices: Tensor::from_data(TensorData::new(matrices, [n, 3, 3]), device),
             rotations: rows(&rotations, device),
             growth: rows(&growth, device),
             colors: colors(state, scene, device),
         }
     }
-}
-
-/// The matrix of Hamilton products `q ⊗ ·`.
-fn left_product([w, x, y, z]: [f32; 4]) -> [[f32; 4]; 4] {
-    [[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]
 }
 
 /// How the harmonics of bodies have turned since t = 0.

@@ -27,7 +27,7 @@ use super::opacity_prior::OpacityPrior;
 use crate::adam::AdamSteps;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
-use crate::cloud_tensors::{CloudTensors, host_rows, rows};
+use crate::cloud_tensors::{CloudTensors, host_rows, quat_matrices, rows};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
 use crate::figures::StepReport;
 use crate::trainable_cloud::TrainableCloud;
@@ -140,7 +140,7 @@ fn moved(at_start: CloudTensors, state: StateTensors, rolled_means: &Tensor<2>) 
     let change = at_start.means - rolled_means.clone().autodiff();
     CloudTensors {
         means: state.means.autodiff() + products(state.matrices, change),
-        rotations: products(state.turns, at_start.rotations),
+        rotations: products(quat_matrices(state.turns), at_start.rotations),
         log_scales: at_start.log_scales + state.growth.autodiff(),
         sh: state.colors.autodiff().of(at_start.sh),
         ..at_start
