@@ -243,17 +243,11 @@ fn product(first: &[Vec<Term>], second: &[Vec<Term>]) -> Vec<Vec<Term>> {
 /// Number of unknowns, in halves, and the surcharges of terms without an energy.
 #[must_use]
 pub fn simplicity(candidate: &Candidate) -> usize {
-    let surcharges = candidate.terms.iter().map(|term| surcharge_of(term.kind.role()));
-    2 * candidate.unknown_count() + surcharges.sum::<usize>()
-}
-
-/// By how many halves of an unknown a term counts for more than its own, by what it does.
-#[must_use]
-pub fn surcharge_of(role: Role) -> usize {
-    match role {
+    let surcharge = |term: &Term| match term.kind.role() {
         Role::Conserves => 0,
         Role::Gyroscopic => GYROSCOPIC,
         Role::Dissipates => DISSIPATES,
         Role::Drives => DRIVES,
-    }
+    };
+    2 * candidate.unknown_count() + candidate.terms.iter().map(surcharge).sum::<usize>()
 }

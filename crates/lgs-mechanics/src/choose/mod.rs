@@ -9,7 +9,7 @@ mod neighbours;
 #[cfg(test)]
 mod tests;
 
-pub use candidates::{candidates, further_candidates, simplicity, surcharge_of, surrounded_candidates};
+pub use candidates::{candidates, further_candidates, simplicity, surrounded_candidates};
 pub use further::{choose_as_simple, choose_further};
 pub use neighbours::choose_among_neighbours;
 

@@ -123,7 +123,7 @@ mod tests {
         let evidence = |system: &Configured, law: &Judged| {
             let at = places.iter().position(|place| *place == system.coordinates).unwrap_or(0);
             let at = at + usize::from(places.len() > 1 && !law.fitted.law.terms.is_empty());
-            Evidence { chi_square: 1.0, samples: 1.0, against: behind[at], against_damping: 0.0 }
+            Evidence { chi_square: 1.0, samples: 1.0, against: behind[at] }
         };
         let rated = Rated::new(found, &evidence).expect("laws");
         radius(&rated, (&[motion], &[Some(vec![forecast])]), &[3.0], 1)[0]

@@ -19,8 +19,6 @@ pub(super) struct RatedLaw {
     pub(super) evidence: Evidence,
     pub(super) posterior: Posterior,
     score: f64,
-    /// That by which it is weighed in forecasts.
-    forecast_score: f64,
 }
 
 impl RatedLaw {
@@ -67,8 +65,7 @@ impl Rated {
                 let evidence = evidence(&systems[system], &judged);
                 let placed = Placed::new(&systems[system], &judged.fitted);
                 let posterior = Posterior::of(placed, &judged.fitted);
-                let [score, forecast_score] = [f64::INFINITY; 2];
-                RatedLaw { system, judged, evidence, posterior, score, forecast_score }
+                RatedLaw { system, judged, evidence, posterior, score: f64::INFINITY }
             };
             choice.judged.into_iter().map(rated).collect()
         };
@@ -92,10 +89,7 @@ impl Rated {
     pub(super) fn score_by(&mut self, evidence: &[Evidence]) {
         let Self { systems, laws, inflation } = self;
         *inflation = Evidence::inflation(evidence.iter().copied());
-        for (law, evidence) in laws.iter_mut().zip(evidence) {
-            law.score = evidence.score(*inflation);
-            law.forecast_score = evidence.forecast_score(*inflation);
-        }
+        laws.iter_mut().zip(evidence).for_each(|(law, evidence)| law.score = evidence.score(*inflation));
         laws.sort_by(|a, b| a.score.total_cmp(&b.score));
         let kind = |law: &RatedLaw| std::mem::discriminant(&systems[law.system].coordinates);
         let mut best = Vec::new();
@@ -197,7 +191,7 @@ impl Rated {
 
     /// Weights of all laws in forecasts; they add up to 1.
     pub(super) fn weights(&self) -> Vec<f64> {
-        weights(&self.laws.iter().map(|law| law.forecast_score).collect::<Vec<_>>())
+        weights(&self.laws.iter().map(|law| law.score).collect::<Vec<_>>())
     }
 
     /// χ² of the poses for each degree of freedom that the likeliest law leaves.
@@ -279,7 +273,6 @@ mod tests {
             chi_square: loss,
             samples,
             against: behind[judged.index],
-            against_damping: 0.0,
         };
         Rated::new(vec![(system, choice)], &evidence).expect("laws")
     }
