@@ -8,8 +8,8 @@ use lgs_core::TurnedHarmonics;
 /// How the harmonics of some bodies have turned.
 #[derive(Clone)]
 pub(crate) struct TurnedColors {
-    /// Rows of each body, ascending, and the matrix `[3 K, 3 K]` that takes a row of its old coefficients to the
-    /// new ones.
+    /// Rows of each body, ascending, and the matrix `[3 K, 3 K]` that takes a row of its old coefficients to
+    /// the new ones.
     bodies: Vec<(Range<usize>, Tensor<2>)>,
 }
 

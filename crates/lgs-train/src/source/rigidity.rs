@@ -28,9 +28,9 @@ pub(super) struct NeighborGraph {
     on_device: Option<EdgeTensors>,
 }
 
-/// Edges on a device, also by their second ends: as many places for each Gaussian as edges end at one at most;
-/// those without an edge hold the number behind the last edge's. The tensor library adds into rows one edge
-/// after the other, which a GPU does with three units; a gather keeps all of them at work.
+/// Edges on a device, also by their second ends: as many places for each Gaussian as edges end at one at
+/// most; those without an edge hold the number behind the last edge's. The tensor library adds into rows one
+/// edge after the other, which a GPU does with three units; a gather keeps all of them at work.
 struct EdgeTensors {
     /// First end of every edge, `[n k]`.
     first: Tensor<1, Int>,
