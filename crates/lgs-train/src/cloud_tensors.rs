@@ -42,8 +42,8 @@ pub(crate) fn quat_mul(a: &Tensor<2>, b: &Tensor<2>) -> Tensor<2> {
     )
 }
 
-/// Matrices `[n, 4, 4]` of the Hamilton products `q ⊗ ·` of quaternions `[n, 4]`. Where q has no gradient, a
-/// product by them has a graph of two nodes in place of the forty of [`quat_mul`].
+/// Matrices `[n, 4, 4]` of the Hamilton products `q ⊗ ·` of quaternions `[n, 4]`. Where only the other factor
+/// has a gradient, [`products`] with them have a graph of a few nodes in place of the dozens of [`quat_mul`].
 pub(crate) fn quat_matrices(quaternions: Tensor<2>) -> Tensor<3> {
     let ([n, _], device) = (quaternions.dims(), quaternions.device());
     let columns = row_indices([0, 1, 2, 3, 1, 0, 3, 2, 2, 3, 0, 1, 3, 2, 1, 0], &device);
@@ -52,6 +52,12 @@ pub(crate) fn quat_matrices(quaternions: Tensor<2>) -> Tensor<3> {
         &device,
     );
     (quaternions.select(1, columns) * signs.reshape([1, 16])).reshape([n, 4, 4])
+}
+
+/// Products `[n, k]` of matrices `[n, k, k]` with vectors `[n, k]`, row by row.
+pub(crate) fn products(matrices: Tensor<3>, vectors: Tensor<2>) -> Tensor<2> {
+    let [n, k] = vectors.dims();
+    (matrices * vectors.reshape([n, 1, k])).sum_dim(2).reshape([n, k])
 }
 
 /// Vectors `[n, 3]` turned by quaternions `[n, 4]`, or by one `[1, 4]`, of any length.
@@ -178,10 +184,9 @@ mod tests {
         let device = DeviceName::Cpu.device();
         let (a, b) =
             ([[0.4, -0.2, 0.7, 0.5], [1.0, 0.3, -0.6, 0.1]], [[-0.3, 0.9, 0.2, 0.6], [0.2, 0.4, 0.8, -0.5]]);
-        let by_matrices =
-            (quat_matrices(rows(&a, &device)) * rows(&b, &device).reshape([2, 1, 4])).sum_dim(2);
+        let by_matrices = products(quat_matrices(rows(&a, &device)), rows(&b, &device));
         let by_parts = quat_mul(&rows(&a, &device), &rows(&b, &device));
-        let found: [Vec<[f32; 4]>; 2] = [host_rows(&by_matrices.reshape([2, 4])), host_rows(&by_parts)];
+        let found: [Vec<[f32; 4]>; 2] = [host_rows(&by_matrices), host_rows(&by_parts)];
         for (row, (a, b)) in a.into_iter().zip(b).enumerate() {
             let expected = linear::quat_mul(a, b);
             for i in 0..4 {

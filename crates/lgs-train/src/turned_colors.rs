@@ -19,8 +19,10 @@ impl TurnedColors {
         bodies: impl Iterator<Item = (Range<usize>, TurnedHarmonics)>,
         device: &Device,
     ) -> Self {
-        let on_device = |(rows, turned): (Range<usize>, TurnedHarmonics)| (rows, of_rows(&turned, device));
-        Self { bodies: bodies.map(on_device).collect() }
+        let on_device =
+            |(rows, turned): (Range<usize>, TurnedHarmonics)| (rows, matrix_of_rows(&turned, device));
+        let has_directions = |(_, turned): &(_, TurnedHarmonics)| turned.matrix().0 > 0;
+        Self { bodies: bodies.filter(has_directions).map(on_device).collect() }
     }
 
     /// The same as constants of a graph.
@@ -48,18 +50,18 @@ impl TurnedColors {
     }
 }
 
-/// The matrix `[3 K, 3 K]` by which a row of coefficients, channel by channel within each, is multiplied; the
-/// constant ones stay.
-fn of_rows(turned: &TurnedHarmonics, device: &Device) -> Tensor<2> {
+/// The matrix `[3 K, 3 K]` that a row of K coefficients of three channels each is multiplied by from the right;
+/// the constant one stays.
+fn matrix_of_rows(turned: &TurnedHarmonics, device: &Device) -> Tensor<2> {
     let (above, matrix) = turned.matrix();
     let width = 3 * (above + 1);
-    let mut of_rows = vec![0.0; width * width];
-    (0..3).for_each(|channel| of_rows[channel * width + channel] = 1.0);
+    let mut entries = vec![0.0; width * width];
+    (0..3).for_each(|channel| entries[channel * width + channel] = 1.0);
     for (at, &weight) in matrix.iter().enumerate() {
         let (new, old) = (3 * (at / above + 1), 3 * (at % above + 1));
-        (0..3).for_each(|channel| of_rows[(old + channel) * width + new + channel] = weight);
+        (0..3).for_each(|channel| entries[(old + channel) * width + new + channel] = weight);
     }
-    Tensor::from_data(TensorData::new(of_rows, [width, width]), device)
+    Tensor::from_data(TensorData::new(entries, [width, width]), device)
 }
 
 #[cfg(test)]
@@ -72,7 +74,7 @@ mod tests {
     fn harmonics_turn_on_a_device_as_on_the_host() {
         let device = Device::default();
         let turns = [(1..3, [0.5, 0.1, -0.8, 0.3]), (4..5, [0.9, -0.3, 0.1, 0.2])];
-        for degree in 1..=3 {
+        for degree in 0..=3 {
             let mut cloud = GaussianCloud::isotropic(vec![[0.0; 3]; 6], 0.1, [0.4; 3], 0.5);
             cloud.sh_degree = degree;
             cloud.sh = (0..6 * cloud.sh_stride()).map(|i| ((i * 37) % 11) as f32 / 5.0 - 1.0).collect();

@@ -28,15 +28,16 @@ pub(super) struct NeighborGraph {
     on_device: Option<EdgeTensors>,
 }
 
-/// Edges on a device, also by their second ends: as many places for each Gaussian as edges end at one at
-/// most; those without an edge hold the number behind the last edge's. The tensor library adds into rows one
-/// edge after the other, which a GPU does with three units; a gather keeps all of them at work.
+/// Edges on a device with kernels of its own. The tensor library adds into rows one edge after the other, which
+/// a GPU does with three units; a gather of the edges that end at each Gaussian keeps all of them at work.
 struct EdgeTensors {
     /// First end of every edge, `[n k]`.
     first: Tensor<1, Int>,
     /// Second end of every edge, `[n k]`.
     second: Tensor<1, Int>,
+    /// The edges that have each Gaussian as their second end, `[n most]`; places without an edge hold n k.
     by_second: Tensor<1, Int>,
+    /// The most edges that have one Gaussian as their second end.
     most: usize,
 }
 
@@ -105,7 +106,8 @@ impl NeighborGraph {
         }
     }
 
-    /// The same edge by edge, in a fifth of the time that operations on tensors of the processor take.
+    /// The same edge by edge, without a tensor for each intermediate result, whose memory would take most of
+    /// the time.
     fn gradient_on_processor(
         &self,
         canonical: &Tensor<2>,

@@ -27,7 +27,7 @@ use super::opacity_prior::OpacityPrior;
 use crate::adam::AdamSteps;
 use crate::checkpoint::{CHECKPOINT_FORMAT, Stage};
 use crate::clock::Clock;
-use crate::cloud_tensors::{CloudTensors, host_rows, quat_matrices, rows};
+use crate::cloud_tensors::{CloudTensors, host_rows, products, quat_matrices, rows};
 use crate::driver::{Glance, SceneTrainer, Status, Trainer};
 use crate::figures::StepReport;
 use crate::trainable_cloud::TrainableCloud;
@@ -139,18 +139,12 @@ impl<'a> TuneGaussians<'a> {
 fn moved(at_start: CloudTensors, state: StateTensors, rolled_means: &Tensor<2>) -> CloudTensors {
     let change = at_start.means - rolled_means.clone().autodiff();
     CloudTensors {
-        means: state.means.autodiff() + products(state.matrices, change),
-        rotations: products(quat_matrices(state.turns), at_start.rotations),
+        means: state.means.autodiff() + products(state.matrices.autodiff(), change),
+        rotations: products(quat_matrices(state.turns).autodiff(), at_start.rotations),
         log_scales: at_start.log_scales + state.growth.autodiff(),
         sh: state.colors.autodiff().of(at_start.sh),
         ..at_start
     }
-}
-
-/// Products `[n, k]` of constant matrices `[n, k, k]` with vectors `[n, k]`.
-fn products(matrices: Tensor<3>, vectors: Tensor<2>) -> Tensor<2> {
-    let [n, k] = vectors.dims();
-    (matrices.autodiff() * vectors.reshape([n, 1, k])).sum_dim(2).reshape([n, k])
 }
 
 impl Trainer for TuneGaussians<'_> {
