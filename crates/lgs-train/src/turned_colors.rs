@@ -50,8 +50,8 @@ impl TurnedColors {
     }
 }
 
-/// The matrix `[3 K, 3 K]` that a row of K coefficients of three channels each is multiplied by from the right;
-/// the constant one stays.
+/// The matrix `[3 K, 3 K]` by which a row of K coefficients of three channels each is multiplied from the
+/// right; the constant one stays.
 fn matrix_of_rows(turned: &TurnedHarmonics, device: &Device) -> Tensor<2> {
     let (above, matrix) = turned.matrix();
     let width = 3 * (above + 1);
