@@ -29,7 +29,8 @@ pub(super) struct NeighborGraph {
 }
 
 /// Edges on a device with kernels of its own. The tensor library adds into rows one edge after the other,
-/// which a GPU does with three units; a gather of the edges that end at each Gaussian keeps all of them at work.
+/// which a GPU does with three units; a gather of the edges that end at each Gaussian keeps all of them at
+/// work.
 struct EdgeTensors {
     /// First end of every edge, `[n k]`.
     first: Tensor<1, Int>,
